@@ -14,6 +14,8 @@
 //! | `image` | stages of `dirty`, `beam` and `grid` |
 //! | `cleaned` | stages of `clean` |
 //! | `calibrated` | stages of `selfcal` |
+//! | `joint` | stages of `selfcal` with a joint solution of image and gains |
+//! | `between` | stages of `selfcal --solve` |
 //! | `entropy` | stages of `mem` |
 //! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
@@ -24,6 +26,7 @@
 //! | `trials` | stages of `study` |
 //! | `cluster` | the same work shared by several machines, and what breaks first |
 
+mod between;
 mod calibrated;
 mod chained;
 mod cleaned;
@@ -32,6 +35,7 @@ mod converted;
 mod entropy;
 mod held;
 mod image;
+mod joint;
 mod judged;
 mod sampled;
 mod scale;
@@ -42,6 +46,7 @@ mod traced;
 mod trials;
 mod waves;
 
+pub use between::{BetweenWork, between, settled};
 pub use calibrated::{CalibrationWork, selfcal};
 pub use chained::{Shown, chain, shown};
 pub use cleaned::{CleanWork, clean};
@@ -49,6 +54,7 @@ pub use cluster::{Cluster, Limit, Shared, Span};
 pub use converted::{Conversion, Gained, convert, gained};
 pub use entropy::{EntropyWork, entropy};
 pub use image::{InputFormat, beam, dirty, grid};
+pub use joint::{JointTimes, joint};
 pub use sampled::{SampledWork, predict, simulate};
 pub use scale::Scale;
 pub use speeds::Speeds;

@@ -2,17 +2,17 @@
 
 use super::super::clean::work_of;
 use super::super::verdict;
-use super::{BYTES_PER_SAMPLE, SelfcalArgs, check_solve};
-use crate::calibrate::{SelfcalTuning, SolutionInterval, StartFrom, schedule};
+use super::{BYTES_PER_SAMPLE, SelfcalArgs, candidate_options, check_solve, pilot};
+use crate::calibrate::{CandidateOptions, SelfcalTuning, SolutionInterval, StartFrom, candidates, schedule};
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::forecast::{Plan, Planner, Told, facts, format_of};
 use crate::cli::options::no_range;
-use crate::cost::{self, CalibrationWork, CleanWork};
-use crate::deconvolve::{Algorithm, EXTENDED, by_name};
+use crate::cost::{self, CalibrationWork, CleanWork, Forecast, InputFormat};
+use crate::deconvolve::{Algorithm, EXTENDED};
 use crate::fourier::GridOptions;
-use crate::imaging::{Field, Outlook};
+use crate::imaging::{Field, Outlook, RowSample};
 use crate::memory::MemoryBudget;
-use cittert_arrays::{VisUnit, VisibilitySource};
+use cittert_arrays::VisibilitySource;
 use std::path::Path;
 
 impl Plan for SelfcalArgs {
@@ -20,14 +20,30 @@ impl Plan for SelfcalArgs {
         self.clean.check()?;
         self.rounds.check().map_err(Failure::call)?;
         no_range(&self.imaging, "self-calibration images by Fourier transforms")?;
-        let extra = self.feed_terms.is_empty() && !self.pointing.pointing;
-        ensure!(extra, Failure::unforeseen("--dry-run: no forecast of --solve and --pointing. Leave them out to see what the rounds take"));
+        ensure!(
+            !self.pointing.pointing,
+            Failure::unforeseen(
+                "--dry-run: no forecast of --pointing, whose steps depend on where the antennas point. Leave it out to see what the rounds take"
+            )
+        );
         let input = self.input.files()?;
         let mut source = input.open(planner.context)?;
         check_solve(self, source.as_ref())?;
-        let (name, others) = self.first_way(source.header().unit)?;
         let looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let of = candidate_options(self, (self.imaging.on_grid(&looked.0.grid), self.solve.clone()), (&looked.0.grid, source.header()))?;
+        let names: Vec<&str> = candidates(&of)?.iter().map(|way| way.name).collect();
+        let Some((&name, others)) = names.split_first() else { return Err(Failure::message("no way to self-calibrate")) };
         let (outlook, sample) = &looked;
+        let format = format_of(&input, planner.context)?;
+        let made = input.all().iter().all(|file| planner.context.ahead.get(file).is_none());
+        let untried = || format!("{name} explains the held-out baselines, so that the other ways ({}) are not tried", others.join(", "));
+        if name == Algorithm::Mem.name() {
+            let mut forecast = self.together(&of, (source.as_mut(), format, made), &looked, planner)?;
+            forecast.assumptions.extend((!others.is_empty()).then(untried));
+            let one = work_of(&self.clean, EXTENDED, outlook);
+            self.after(&mut forecast, source.as_mut(), (&looked, &one), format, planner)?;
+            return Ok(Told { command: "selfcal", forecast, facts: facts(outlook) });
+        }
         let (g, header) = (&outlook.grid, source.header());
         let alone = planner.ranks == 1;
         let plans = schedule(self.solve.mode, self.solve.solint, self.rounds.rounds, self.rounds.shrink);
@@ -53,11 +69,9 @@ impl Plan for SelfcalArgs {
             solved: solved(self.solve.solint, source.as_mut(), outlook)?,
             stays: values * BYTES_PER_SAMPLE as f64 <= MemoryBudget::default().kept_visibilities() as f64,
         };
-        let mut forecast = cost::selfcal(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
-        if !others.is_empty() {
-            let text = format!("{name} explains the held-out baselines, so that the other ways ({}) are not tried", others.join(", "));
-            forecast.assumptions.push(text);
-        }
+        let mut forecast = cost::selfcal(outlook, (format, planner.threads), &work, &planner.speeds);
+        forecast.assumptions.extend((!others.is_empty()).then(untried));
+        self.after(&mut forecast, source.as_mut(), (&looked, &clean), format, planner)?;
         Ok(Told { command: "selfcal", forecast, facts: facts(outlook) })
     }
 
@@ -67,15 +81,28 @@ impl Plan for SelfcalArgs {
 }
 
 impl SelfcalArgs {
-    /// The deconvolver that is tried first, and those that are tried where it is not good enough.
-    fn first_way(&self, unit: VisUnit) -> Result<(&'static str, Vec<&'static str>)> {
-        match self.clean.algorithm {
-            Algorithm::Clean(entry) => Ok((entry.name, Vec::new())),
-            Algorithm::Auto if unit != VisUnit::KelvinSr => Ok((by_name("hogbom")?.name, vec![EXTENDED, Algorithm::Mem.name()])),
-            Algorithm::Auto | Algorithm::Mem => Err(Failure::unforeseen(
-                "--dry-run: no forecast of a joint solution of image and gains, which comes first here. --deconvolver multiscale has one",
-            )),
-        }
+    /// The forecast of a joint solution of image and gains.
+    fn together(
+        &self,
+        of: &CandidateOptions,
+        (source, format, made): (&mut dyn VisibilitySource, InputFormat, bool),
+        looked: &(Outlook, RowSample),
+        planner: &Planner<'_>,
+    ) -> Result<Forecast> {
+        planner.alone("solves image and gains together")?;
+        let (outlook, _) = looked;
+        let header = source.header();
+        let behind = !header.layout.pattern.is_none();
+        let known = self.prior.is_some() || header.antenna_temperature_k.is_some() || outlook.used < 1.0;
+        ensure!(
+            !(behind && known),
+            Failure::unforeseen(
+                "--dry-run: no forecast of a joint solution of a smooth scene behind the pattern of the elements, whose steps are of another kind. --deconvolver multiscale has one"
+            )
+        );
+        let judged = verdict::transform(header, looked, &self.imaging, false)?;
+        let times = pilot::begun(source, (&self.imaging, &outlook.grid), &of.joint, (outlook.shape.0 as f64, made))?;
+        Ok(cost::joint(outlook, (format, planner.threads), &times, (self.rounds.hold_out > 0.0, judged.as_ref())))
     }
 }
 

@@ -1,9 +1,11 @@
 //! `selfcal`: rounds of imaging, deconvolving, predicting and solving for antenna gains.
 
+mod after;
 mod feeds;
 mod forecast;
 mod images;
 mod maker;
+mod pilot;
 mod pointing;
 mod report;
 
@@ -231,13 +233,12 @@ fn judged(
     Ok(judged)
 }
 
-/// The ways to self-calibrate. Their makers pass the image of each round to `images`.
-fn ways<'a>(
+/// What the ways to self-calibrate share.
+fn candidate_options(
     args: &SelfcalArgs,
     (imaging, solve): (ImagingOptions, SolveOptions),
     (grid, header): (&SkyGrid, &VisibilityHeader),
-    images: &'a RoundImages<'a>,
-) -> Result<Vec<Candidate<'a>>> {
+) -> Result<CandidateOptions> {
     let clean = loaded(&args.clean, grid)?;
     if args.prior.is_some() && !matches!(clean.algorithm, Algorithm::Mem | Algorithm::Auto) {
         return Err(Failure::usage("--prior is for --deconvolver mem"));
@@ -248,6 +249,17 @@ fn ways<'a>(
     };
     let mut of = CandidateOptions::new(imaging, clean, solve, args.rounds.clone(), header.unit);
     of.joint.prior = prior;
+    Ok(of)
+}
+
+/// The ways to self-calibrate. Their makers pass the image of each round to `images`.
+fn ways<'a>(
+    args: &SelfcalArgs,
+    (imaging, solve): (ImagingOptions, SolveOptions),
+    (grid, header): (&SkyGrid, &VisibilityHeader),
+    images: &'a RoundImages<'a>,
+) -> Result<Vec<Candidate<'a>>> {
+    let of = candidate_options(args, (imaging, solve), (grid, header))?;
     let keeping = |way: Candidate<'a>| {
         let (name, make) = (way.name, way.make);
         let keep: &'a dyn Keep = images;
