@@ -14,7 +14,7 @@ const MOST_OF_BLOCK: f64 = 35e6;
 /// What commands leave behind for the next ones: the pictures of the page, and freed blocks of which parts are in use (4 to 28 MB in six runs).
 const LEFT: f64 = 20e6;
 /// Bytes of a picture, in its file and in the page.
-const PICTURE: f64 = 200e3;
+pub(super) const PICTURE: f64 = 200e3;
 
 /// A picture, or a comparison of two images.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

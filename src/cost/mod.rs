@@ -21,7 +21,7 @@
 //! | `sampled` | stages of `simulate` and `predict` |
 //! | `waves` | spherical waves of scenes near the array |
 //! | `converted` | stages of `convert`, `applycal` and `corrupt` |
-//! | `traced` | stages of `scene render`, `scene fly` and `film` |
+//! | `traced` | stages of `scene render`, `scene fly`, `film` and a study of frame rates |
 //! | `chained` | stages of `run`: commands one after the other, and pictures |
 //! | `trials` | stages of `study` |
 //! | `cluster` | the same work shared by several machines, and what breaks first |
@@ -60,6 +60,6 @@ pub use scale::Scale;
 pub use speeds::Speeds;
 pub use stage::{Forecast, Stage};
 pub use term::{Kind, Term};
-pub use traced::{Filmed, Traced, film, render};
+pub use traced::{Filmed, Rated, Traced, film, rates, render};
 pub use trials::{Trials, study};
 pub use waves::{WavePasses, Waves, without_transforms};

@@ -1,5 +1,6 @@
 //! The stages of `scene render`, `scene fly` and `film`: rays, whose time depends on the scene and is measured with it.
 
+use super::chained::PICTURE;
 use super::stage::{Forecast, Stage};
 use super::term::Term;
 
@@ -48,6 +49,19 @@ pub struct Filmed {
     pub output_bytes: f64,
 }
 
+/// A study of frame rates, whose time follows from one of them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rated {
+    /// Time until the first picture, s.
+    pub setup_s: f64,
+    /// Time of all pictures of the scene, s.
+    pub pictures_s: f64,
+    /// Time of all frames, s.
+    pub frames_s: f64,
+    /// Bytes that are held at most.
+    pub held_bytes: f64,
+}
+
 /// The forecast of a picture.
 #[must_use]
 pub fn render(work: &Traced) -> Forecast {
@@ -67,6 +81,16 @@ pub fn film(work: &Filmed) -> Forecast {
     let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
     let stages = vec![start, timed("set up", work.setup_s), timed("levels", work.levels_s), timed("frames", work.frames_s)];
     Forecast { stages, output_bytes: work.output_bytes, ..Forecast::default() }
+}
+
+/// The forecast of a study of frame rates. Its table and its picture are small.
+#[must_use]
+pub fn rates(work: &Rated) -> Forecast {
+    let timed = |name: &'static str, timed_s: f64| Stage { timed_s, ..Stage::new(name, work.held_bytes) };
+    let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
+    let write = Stage::new("write", work.held_bytes).doing([(Term::Picture, 1.0)]);
+    let stages = vec![start, timed("set up", work.setup_s), timed("pictures", work.pictures_s), timed("frames", work.frames_s), write];
+    Forecast { stages, output_bytes: 2.0 * PICTURE, ..Forecast::default() }
 }
 
 #[cfg(test)]

@@ -114,8 +114,7 @@ impl RateStudy<'_> {
         for rate in rates {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
             let blur = speed / rate;
-            // An odd number holds the picture of the middle.
-            let pictures = ((PICTURES * blur).ceil() as usize | 1).min(MOST_PICTURES);
+            let pictures = pictures(speed, rate);
             let mut seen = scene.clone();
             seen.plane_mut(0, 0).assign(&exposed(&mut plane, self.at_s, 1.0 / rate, pictures)?);
             let row = RateRow {
@@ -178,6 +177,19 @@ impl RateStudy<'_> {
             error_k: (error / n).sqrt(),
             pictures: 1,
         })
+    }
+}
+
+/// Pictures of an exposure at a rate where the scene moves with this speed, pixels per second. An odd number holds the picture of the middle.
+fn pictures(speed: f64, rate_hz: f64) -> usize {
+    ((PICTURES * speed / rate_hz).ceil() as usize | 1).min(MOST_PICTURES)
+}
+
+impl RateFigures {
+    /// Pictures of which the exposure of another rate would be made.
+    #[must_use]
+    pub fn pictures_at(&self, rate_hz: f64) -> usize {
+        pictures(self.speed_pixels_s, rate_hz)
     }
 }
 

@@ -6,8 +6,12 @@ use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::display::{Aperture, ArrayImage, Interferometer, Marked, PanelKind, RateFigures, RateRow, RateStudy};
 use crate::plot::{CurveOptions, Series, Style, curves};
+use crate::progress::Observer;
 use cittert_arrays::quantity::Duration;
 use serde_json::json;
+use std::cell::Cell;
+use std::path::PathBuf;
+use std::time::Instant;
 
 /// A column of the table: its name, its name in the picture, and its value.
 type Column = (&'static str, Option<&'static str>, fn(&RateRow) -> Option<f64>);
@@ -45,21 +49,30 @@ fn of_array(args: &FilmArgs) -> Result<bool> {
     Ok(array)
 }
 
-/// Study the frame rate.
+/// A study of frame rates, and what it found.
+pub(super) struct Studied {
+    pub(super) figures: RateFigures,
+    /// Pictures of the scene that were made, and the time that they took, s.
+    pub(super) stills: (usize, f64),
+    at_s: f64,
+    /// Name of the scene.
+    name: String,
+}
+
+/// Look at the scene at these rates with so many frames of each. `claim` gets the file of the scene before the work.
 ///
 /// # Errors
-/// A path, a scene or an option that is wrong, or an error of the file system.
-pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
-    let csv = &args.out.output;
-    let named = csv.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    ensure!(
-        named,
-        Failure::usage(format!("-o {}: with --rates, name a table (.csv); its picture is written beside it as .png", csv.display()))
-    );
-    let png = csv.with_extension("png");
+/// A path, a scene or an option that is wrong.
+pub(super) fn studied(
+    args: &FilmArgs,
+    (rates_hz, seeds): (Vec<f64>, usize),
+    claim: &dyn Fn(&PathBuf) -> Result<()>,
+    context: &Context,
+    observer: &dyn Observer,
+) -> Result<Studied> {
     let of_array = of_array(args)?;
     let (flight, scene) = args.flight.read("film")?;
-    args.out.claim([csv, &png], args.inputs(&scene))?;
+    claim(&scene)?;
     let psf = psf(args)?;
     let flown = args.flight.open(flight, &scene, true, context)?;
     let (start, length) = (flown.flight.key.first().map_or(0.0, |key| key.time_s), flown.flight.duration_s());
@@ -77,27 +90,53 @@ pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
         (Some(disc), None) => Some(Marked::Disc(*disc)),
         (None, None) => None,
     };
-    let study = RateStudy {
-        rates_hz: args.rates.rates.clone(),
-        at_s,
-        seeds: args.rates.seeds,
-        seed: args.camera.seed,
-        target,
-        steps: args.camera.steps.as_ref(),
-        psf: psf.as_ref(),
-    };
+    let (seed, steps) = (args.camera.seed, args.camera.steps.as_ref());
+    let study = RateStudy { rates_hz, at_s, seeds, seed, target, steps, psf: psf.as_ref() };
     let camera = |rate: f64| match &array {
         Some(array) => Aperture::of_interferometer(Interferometer::at_rate(array, rate)?),
         None => scenery.aperture(args, rate),
     };
-    let figures = study.run(&|t| scenery.at(t), &camera, &context.console).map_err(Failure::call).context(args.flight.path.display())?;
+    let stills = Cell::new((0, 0.0));
+    let still = |t: f64| {
+        let started = Instant::now();
+        let picture = scenery.at(t);
+        stills.set((stills.get().0 + 1, stills.get().1 + started.elapsed().as_secs_f64()));
+        picture
+    };
+    let figures = study.run(&still, &camera, observer).map_err(Failure::call).context(args.flight.path.display())?;
+    Ok(Studied { figures, stills: stills.get(), at_s, name: flown.name().to_owned() })
+}
+
+/// The table of a study, and its picture.
+///
+/// # Errors
+/// The output is no table.
+pub(super) fn outputs(args: &FilmArgs) -> Result<[PathBuf; 2]> {
+    let csv = &args.out.output;
+    let named = csv.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    ensure!(
+        named,
+        Failure::usage(format!("-o {}: with --rates, name a table (.csv); its picture is written beside it as .png", csv.display()))
+    );
+    Ok([csv.clone(), csv.with_extension("png")])
+}
+
+/// Study the frame rate.
+///
+/// # Errors
+/// A path, a scene or an option that is wrong, or an error of the file system.
+pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
+    let [csv, png] = &outputs(args)?;
+    let claim = |scene: &PathBuf| args.out.claim([csv, png], args.inputs(scene));
+    let found = studied(args, (args.rates.rates.clone(), args.rates.seeds), &claim, context, &context.console)?;
+    let Studied { figures, at_s, name, .. } = found;
     let best = &figures.rows[figures.best];
     args.out.write(csv, table(&figures.rows).as_bytes())?;
-    args.out.write(&png, &picture(&figures, flown.name())?)?;
+    args.out.write(png, &picture(&figures, &name)?)?;
     let rows: Vec<_> =
         figures.rows.iter().map(|row| COLUMNS.iter().map(|c| (c.0, (c.2)(row))).collect::<std::collections::BTreeMap<_, _>>()).collect();
     let json = json!({
-        "output": csv, "scene": flown.name(), "studied": args.film.show[0].caption(), "at_s": at_s, "speed_px_s": figures.speed_pixels_s, "seeds": args.rates.seeds, "seed": args.camera.seed,
+        "output": csv, "scene": name, "studied": args.film.show[0].caption(), "at_s": at_s, "speed_px_s": figures.speed_pixels_s, "seeds": args.rates.seeds, "seed": args.camera.seed,
         "best_rate_hz": best.rate_hz, "best_by": by(best), "rates": rows,
     });
     Ok(Outcome::new(json, text(&figures)).wrote(csv).wrote(png))
