@@ -17,6 +17,7 @@
 //! | `joint` | stages of `selfcal` with a joint solution of image and gains |
 //! | `between` | stages of `selfcal --solve` |
 //! | `entropy` | stages of `mem` |
+//! | `closures` | stages of `mem` from closure quantities |
 //! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
 //! | `waves` | spherical waves of scenes near the array |
@@ -30,6 +31,7 @@ mod between;
 mod calibrated;
 mod chained;
 mod cleaned;
+mod closures;
 mod cluster;
 mod converted;
 mod entropy;
@@ -50,6 +52,7 @@ pub use between::{BetweenWork, between, settled};
 pub use calibrated::{CalibrationWork, selfcal};
 pub use chained::{Shown, chain, shown};
 pub use cleaned::{CleanWork, clean};
+pub use closures::{ClosureWork, closures};
 pub use cluster::{Cluster, Limit, Shared, Span};
 pub use converted::{Conversion, Gained, convert, gained};
 pub use entropy::{EntropyWork, entropy};

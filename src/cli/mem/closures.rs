@@ -36,15 +36,7 @@ pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let clock = Instant::now();
     let mut source = input.open_chosen(&args.column, context)?;
     let console = &context.console;
-    let flux = args.mem.flux.map(|f| f.in_unit("flux", source.header().unit)).transpose()?;
-    let options = ClosureImagingOptions {
-        polarization: args.imaging.pol,
-        size: args.imaging.size,
-        cell: args.imaging.cell,
-        flux: flux.map_or(FluxFrom::Likelihood, FluxFrom::Given),
-        ..args.terms.clone()
-    };
-    options.check().context(&what)?;
+    let options = options(args, source.header().unit).context(&what)?;
     let set = SparseSet::gather(source.as_mut(), options.polarization, options.average, options.systematic, console).context(&what)?;
     let reading = clock.elapsed().as_secs_f64();
     let header = source.header();
@@ -71,6 +63,23 @@ pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
         Ok((suffix, fits))
     });
     args.out.images(fits.collect::<Result<Vec<_>>>()?, context, outcome)
+}
+
+/// The options of the image of a set in this unit.
+///
+/// # Errors
+/// One that is out of its range.
+pub(super) fn options(args: &MemCommandArgs, unit: VisUnit) -> crate::Result<ClosureImagingOptions> {
+    let flux = args.mem.flux.map(|f| f.in_unit("flux", unit)).transpose()?;
+    let options = ClosureImagingOptions {
+        polarization: args.imaging.pol,
+        size: args.imaging.size,
+        cell: args.imaging.cell,
+        flux: flux.map_or(FluxFrom::Likelihood, FluxFrom::Given),
+        ..args.terms.clone()
+    };
+    options.check()?;
+    Ok(options)
 }
 
 /// A plane in flux a cell (model, spread) or a beam (the others) as an image in the unit of the set.

@@ -1,12 +1,13 @@
 //! `mem`: images of maximum entropy, with a certificate.
 
 mod args;
+mod closure_forecast;
 mod closures;
 
 pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result, ensure};
+use super::failure::{Context as _, Failure, Result};
 use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of_image};
 use super::held_out;
 use super::options::{fits_mask, prior_image, with_range};
@@ -166,7 +167,9 @@ fn describe(p: &MemProducts) -> String {
 impl Plan for MemCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.check_used()?;
-        ensure!(self.terms.terms.is_none(), Failure::unforeseen("--dry-run: no forecast of images from closures"));
+        if self.terms.terms.is_some() {
+            return closure_forecast::plan(self, planner);
+        }
         let input = self.input.files()?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
         let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
