@@ -2,17 +2,18 @@
 
 use super::airs::Airs;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result, ensure};
-use super::forecast::{Passing, Plan, Planner, Told};
+use super::failure::{Context as _, Failure, Result};
+use super::forecast::{Grown, Passing, Plan, Planner, Told, grown};
 use super::options::{OutputArgs, SceneArgs, SetArgs};
 use super::planned::check_room_for_set;
 use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::sections::Section;
 use crate::calibrate::spread_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, Truth, corrupt_with, corrupted_header};
-use crate::cost::{self, Gained};
+use crate::cost::{self, Gained, Stage};
+use crate::progress::Silent;
 use crate::simulate::{SceneOptions, SkyModel};
-use cittert_arrays::{GainTable, VisUnit, VisibilityHeader};
+use cittert_arrays::{GainTable, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use clap::Args;
 use serde::Deserialize;
 use serde_json::json;
@@ -157,14 +158,47 @@ fn sizes(table: &GainTable) -> (f64, f64, usize) {
     (phase, amplitude, table.flags.iter().filter(|f| **f).count())
 }
 
+/// Rows of a set that are looked at first where the scene changes.
+const FIRST_ROWS: usize = 64;
+
+impl CorruptArgs {
+    /// The change of the scene in so many rows of a set, where an error asks for it.
+    fn changed(
+        &self,
+        source: &mut dyn VisibilitySource,
+        options: &CorruptOptions,
+        rows: f64,
+        planner: &Planner<'_>,
+    ) -> Result<Option<Grown>> {
+        let mut of_scene = options.clone();
+        of_scene.errors.retain(|e| e.model().of_scene());
+        read_bands(&mut of_scene.errors, Path::new(""))?;
+        let missing = self.scene.as_ref().filter(|path| !of_scene.errors.is_empty() && !path.exists());
+        if let Some(path) = missing {
+            return Err(Failure::unforeseen(format!(
+                "--dry-run: {} does not exist, and without the scene there is no forecast",
+                path.display()
+            )));
+        }
+        let header = source.header().clone();
+        let Some(sky) = scene(self, options, &header, planner.context)? else { return Ok(None) };
+        let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
+        let found = grown((rows, source.n_rows()), FIRST_ROWS, &mut |n| {
+            let mut some = VisibilitySet::new(header.clone(), source.read_rows(0..n)?)?;
+            let nothing = VisibilityBlock::zeros(UvCoverage::empty(), n_chan, n_pol);
+            let mut changed = VisibilitySet::new(corrupted_header(&header, &of_scene), nothing)?;
+            corrupt_with(&mut some, &mut changed, &of_scene, Some(&sky), &Silent)?;
+            Ok(())
+        })?;
+        Ok(Some(found))
+    }
+}
+
 impl Plan for CorruptArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         let input = self.input.files()?;
-        let source = input.open(planner.context)?;
+        let mut source = input.open(planner.context)?;
         let options = options(self, source.header().unit)?;
-        let of_scene = options.errors.iter().find(|e| e.model().of_scene());
-        let why = of_scene.map_or(String::new(), |e| format!("--dry-run: no forecast of errors that need the scene, such as {}", e.name()));
-        ensure!(of_scene.is_none(), Failure::unforeseen(why));
         let Passing { set, header, facts } = Passing::of(&input, source.as_ref(), false, planner)?;
         // Errors may change from integration to integration and from channel to channel.
         let n_ant = header.layout.n_ant() as f64;
@@ -172,7 +206,12 @@ impl Plan for CorruptArgs {
         let flat = options.errors.iter().all(|e| ["phase", "amplitude"].contains(&e.name()));
         let channels = if flat { 1.0 } else { header.spectrum.n_chan() as f64 };
         let gains = times * n_ant * channels * if options.per_feed { 2.0 } else { 1.0 };
+        let changed = self.changed(source.as_mut(), &options, set.rows, planner)?;
         let mut forecast = cost::gained(Gained { set, double: false, readings: 2.0, gains });
+        if let Some(found) = changed {
+            forecast.stages.push(Stage { timed_s: found.seconds, ..Stage::new("scene", found.held_bytes) });
+            forecast.assumptions.push(found.assumption("rows, which see the scene changed,"));
+        }
         forecast.assumptions.push("a gain for each antenna and integration, drawn in the time of two multiplications of a value".into());
         Ok(Told { command: "corrupt", forecast, facts })
     }

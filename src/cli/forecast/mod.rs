@@ -24,7 +24,7 @@ mod waves;
 
 pub(super) use args::ForecastArgs;
 pub(super) use passing::Passing;
-pub(super) use pilot::{Measured, Scratch, frames_to_make, measured};
+pub(super) use pilot::{Grown, Measured, Scratch, frames_to_make, grown, measured};
 pub(super) use rendered::{Rendered, rendered};
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;

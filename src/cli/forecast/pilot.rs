@@ -28,6 +28,49 @@ pub(in crate::cli) fn measured<T>(work: impl FnOnce() -> Result<T>) -> Result<Me
     Ok(Measured { result, seconds: started.elapsed().as_secs_f64(), held_bytes: Pilot::memory().1.saturating_sub(before) as f64 })
 }
 
+/// What all of some work takes, from parts of it.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::cli) struct Grown {
+    /// Wall-clock time of all, s.
+    pub(in crate::cli) seconds: f64,
+    /// Largest memory of all, bytes.
+    pub(in crate::cli) held_bytes: f64,
+    /// How many were worked on.
+    pub(in crate::cli) part: usize,
+}
+
+impl Grown {
+    /// What is taken for granted: that so many of some things stand for all.
+    pub(in crate::cli) fn assumption(&self, things: &str) -> String {
+        format!("all {things} take the time that {} of them say, on this machine", self.part)
+    }
+}
+
+/// Work on more and more of `made` things, from `first` of them on, until that takes long enough to be measured. All of them, which may be more than can be worked on, take
+/// what lies on the line through the last two parts.
+///
+/// # Errors
+/// Those of the work.
+pub(in crate::cli) fn grown((all, made): (f64, usize), first: usize, work: &mut dyn FnMut(usize) -> Result<()>) -> Result<Grown> {
+    let (mut before, mut part): (Option<(f64, f64, f64)>, usize) = (None, first.clamp(1, made.max(1)));
+    loop {
+        let done = measured(|| work(part))?;
+        let (n, seconds, held_bytes) = (part as f64, done.seconds, done.held_bytes);
+        let (n0, s0, b0) = before.unwrap_or((0.0, 0.0, 0.0));
+        if part >= made || (before.is_some() && seconds > ENOUGH_S) {
+            // A part that is larger takes no less.
+            let at = |from: f64, to: f64| to + (to - from).max(0.0) * (all - n) / (n - n0).max(1.0);
+            return Ok(Grown { seconds: at(s0, seconds), held_bytes: at(b0, held_bytes), part });
+        }
+        before = Some((n, seconds, held_bytes));
+        part = (MORE * part).min(made);
+    }
+}
+
+/// Time after which no larger part is needed, s, and by how much larger each part is than the one before.
+const ENOUGH_S: f64 = 0.4;
+const MORE: usize = 4;
+
 /// How many frames of a film stand for all of them: three for each thread, which makes one at a time, and at least four.
 pub(in crate::cli) fn frames_to_make(threads: usize) -> usize {
     4.max(3 * threads)
@@ -56,6 +99,26 @@ impl Scratch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Work with a beginning and the same time for each thing.
+    #[test]
+    fn all_of_some_work_takes_what_its_parts_say() {
+        let mut asked = Vec::new();
+        let mut work = |n: usize| {
+            asked.push(n);
+            std::thread::sleep(std::time::Duration::from_millis(20 + 2 * n as u64));
+            Ok(())
+        };
+        let found = grown((10_000.0, 10_000), 16, &mut work).unwrap();
+        assert_eq!((asked, found.part), (vec![16, 64, 256], 256));
+        assert!((18.0..40.0).contains(&found.seconds), "{found:?}");
+        let mut sizes = Vec::new();
+        let mut note = |n: usize| {
+            sizes.push(n);
+            Ok(())
+        };
+        assert_eq!((grown((3.0, 3), 16, &mut note).unwrap().part, sizes), (3, vec![3]));
+    }
 
     #[test]
     fn what_a_forecast_writes_is_removed() {
