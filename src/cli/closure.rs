@@ -2,11 +2,14 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Passing, Plan, Planner, Scratch, Told, grown};
 use super::options::{OutputArgs, SetArgs};
 use crate::ChainError;
 use crate::closure::{ClosureKey, ClosureOptions, ClosureTally, closure_amplitudes, closure_phases};
+use crate::cost;
 use crate::plot::{CurveOptions, Series, Style, curves};
-use cittert_arrays::ArrayLayout;
+use crate::progress::{Observer, Silent};
+use cittert_arrays::{ArrayLayout, VisibilitySet, VisibilitySource};
 use cittert_formats::FormatError;
 use cittert_formats::atomic::{AtomicFile, write_file};
 use clap::Args;
@@ -104,6 +107,28 @@ impl Table {
     }
 }
 
+/// Form the closure phases and amplitudes of a set, and write them into a table.
+fn formed(
+    source: &mut dyn VisibilitySource,
+    how: &ClosureOptions,
+    table: &mut Table,
+    observer: &dyn Observer,
+) -> crate::Result<(ClosureTally, ClosureTally)> {
+    let layout = source.header().layout.clone();
+    let (mut phases, mut amplitudes) = (ClosureTally::default(), ClosureTally::default());
+    closure_phases(source, how, observer, |c| {
+        phases.add(c.key.time_jd, c.phase_rad, c.sigma_rad);
+        table.line("phase_rad", &c.key, (&layout, &c.antennas), (c.phase_rad, c.sigma_rad))
+    })?;
+    if layout.n_ant() >= 4 {
+        closure_amplitudes(source, how, observer, |c| {
+            amplitudes.add(c.key.time_jd, c.log_amplitude, c.sigma);
+            table.line("log_amplitude", &c.key, (&layout, &c.antennas), (c.log_amplitude, c.sigma))
+        })?;
+    }
+    Ok((phases, amplitudes))
+}
+
 /// Form closure quantities, write them, and print a summary.
 ///
 /// # Errors
@@ -117,20 +142,9 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     let layout = source.header().layout.clone();
     let what = format!("closure quantities of {input}");
     let mut table = Table::create(args.output.as_deref(), args.overwrite)?;
-    let (mut phases, mut amplitudes) = (ClosureTally::default(), ClosureTally::default());
-    closure_phases(source.as_mut(), &args.how, &context.console, |c| {
-        phases.add(c.key.time_jd, c.phase_rad, c.sigma_rad);
-        table.line("phase_rad", &c.key, (&layout, &c.antennas), (c.phase_rad, c.sigma_rad))
-    })
-    .context(&what)?;
+    let (phases, amplitudes) = formed(source.as_mut(), &args.how, &mut table, &context.console).context(&what)?;
     if layout.n_ant() < 4 {
         context.console.note("closure amplitudes need at least 4 antennas: there are none");
-    } else {
-        closure_amplitudes(source.as_mut(), &args.how, &context.console, |c| {
-            amplitudes.add(c.key.time_jd, c.log_amplitude, c.sigma);
-            table.line("log_amplitude", &c.key, (&layout, &c.antennas), (c.log_amplitude, c.sigma))
-        })
-        .context(&what)?;
     }
     ensure!(phases.count > 0, Failure::message(format!("{what}: no triangle of antennas has usable data (flagged, or of weight 0)")));
     table.commit()?;
@@ -147,4 +161,38 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     let text = format!("{}\n{}", tally_text(&phases, "closure phases", " rad"), tally_text(&amplitudes, "closure amplitudes", ""));
     let written = outputs.into_iter().flatten().fold(Outcome::new(json, text), |o, path| o.wrote(path));
     Ok(written)
+}
+
+/// Rows from which closure quantities are formed first for a forecast.
+const FIRST_ROWS: usize = 1024;
+
+impl Plan for ClosureArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        let input = self.input.files()?;
+        let mut source = input.open(planner.context)?;
+        let Passing { set, header, mut facts } = Passing::of(&input, source.as_ref(), false, planner)?;
+        let scratch = Scratch::new()?;
+        let path = scratch.path().join("table.csv");
+        let mut lines = 0;
+        let found = grown((set.rows, source.n_rows()), FIRST_ROWS, &mut |n| {
+            let mut some = VisibilitySet::new(header.clone(), source.read_rows(0..n)?)?;
+            let mut table = Table::create(self.output.as_ref().map(|_| path.as_path()), true)?;
+            let (phases, amplitudes) = formed(&mut some, &self.how, &mut table, &Silent)?;
+            table.commit()?;
+            lines = phases.count + amplitudes.count;
+            Ok(())
+        })?;
+        let all = set.rows / found.part.max(1) as f64;
+        let written = std::fs::metadata(&path).map_or(0.0, |m| m.len() as f64);
+        let pictures = [&self.plot, &self.plot_amplitudes].into_iter().flatten().count();
+        let mut forecast = cost::timed("closure quantities", (found.seconds, set.block_bytes()), pictures as f64);
+        forecast.output_bytes += all * written;
+        forecast.assumptions.push(found.assumption("rows"));
+        facts.insert("quantities".into(), (all * lines as f64).round().into());
+        Ok(Told { command: "closure", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("."))
+    }
 }

@@ -2,15 +2,18 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
+use super::forecast::{Plan, Planner, Told, grown};
 use super::numbers;
 use super::options::OutputArgs;
 use super::text::angle;
+use crate::cost::{self, Stage, Term};
 use crate::enhance::{EnhanceOptions, Measure, Metrics, Psf, STEPS, StepList, enhance};
 use crate::plot::{self, ImagePlot};
-use cittert_arrays::Image;
+use cittert_arrays::{Image, SkyGrid};
 use cittert_formats::open_image;
 use clap::Args;
-use serde_json::{Value, json};
+use ndarray::s;
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 /// Width of each picture of several side by side, pixels, and their height.
@@ -157,4 +160,51 @@ fn table(figures: &[Metrics; 2], unit: &str) -> String {
     row("rms difference, truth", &|m| m.truth.and_then(|t| value(t.rms_difference)));
     row("SSIM", &|m| m.truth.map(|t| format!("{:.4}", t.ssim)));
     lines.join("\n")
+}
+
+/// Lines of an image that are enhanced first for a forecast.
+const FIRST_LINES: usize = 64;
+
+/// The first lines of an image.
+fn lines(image: &Image, n: usize) -> Result<Image> {
+    let grid = SkyGrid::new(image.grid.n_l, n, image.grid.cell_rad, image.grid.frame.clone())?;
+    Ok(Image { grid, data: image.data.slice(s![.., .., ..n, ..]).to_owned(), ..image.clone() })
+}
+
+impl Plan for EnhanceArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        planner.alone("enhances an image")?;
+        planner.no_visibilities("an image has none")?;
+        let options = self.options.clone().or(of_file(self.config.as_deref())?);
+        let Some(steps) = &options.steps else {
+            return Err(Failure::usage("give the steps, as --steps median=5,clahe or in a --config file"));
+        };
+        let psf = psf(steps, options.psf.as_deref())?;
+        let images: Vec<Image> = self.images.iter().map(|path| open_image(path)).collect::<Result<_, _>>()?;
+        let Some(first) = images.first() else { return Err(Failure::usage("enhance needs an image")) };
+        let mut written = 0;
+        let found = grown((first.grid.n_m as f64, first.grid.n_m), FIRST_LINES, &mut |n| {
+            let some: Vec<Image> = images.iter().map(|image| lines(image, n)).collect::<Result<_>>()?;
+            let after = enhance(&some, steps, psf.as_ref()).map_err(Failure::call)?;
+            let measure = Measure::new(&some[0], None, None).map_err(Failure::call)?;
+            [&some[0], &after].into_iter().try_for_each(|image| measure.metrics(image).map(drop))?;
+            written = after.data.len();
+            Ok(())
+        })?;
+        let pixels = written as f64 * first.grid.n_m as f64 / found.part.max(1) as f64;
+        let given: usize = images.iter().map(|image| image.data.len()).sum();
+        let mut forecast = cost::timed("steps", (found.seconds, found.held_bytes), if self.no_png { 0.0 } else { 1.0 });
+        let write = Stage::new("write", (given as f64 + 2.0 * pixels) * 8.0);
+        forecast.stages.push(write.doing([(Term::WritePixel, pixels), (Term::PicturePixel, if self.no_png { 0.0 } else { 2.0 * pixels })]));
+        forecast.output_bytes += 4.0 * pixels;
+        forecast.assumptions.push(found.assumption("lines of the image"));
+        let mut facts = Map::new();
+        facts.insert("size".into(), json!([first.grid.n_l, first.grid.n_m]));
+        facts.insert("frames".into(), images.len().into());
+        Ok(Told { command: "enhance", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

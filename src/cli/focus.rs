@@ -1,21 +1,23 @@
 //! `focus`: phase a set to a point near the array.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
-use super::options::OutputArgs;
+use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Passing, Plan, Planner, Told, grown};
+use super::options::{OutputArgs, SetFiles};
 use super::planned::check_room_for_set;
 use super::text::angle;
+use crate::cost::{self, Stage};
 use crate::memory::MemoryBudget;
 use crate::nearfield::{
     Elements, FocusOptions, FocusRange, Focusing, FoundRange, RangeChoice, Surface, Validity, bending_rad, find_range, focus_grid,
 };
 use cittert_arrays::quantity::Length;
-use cittert_arrays::{BrightnessUnit, FocusPoint, Image, NearField, Polarization, SpectralWindow};
+use cittert_arrays::{BrightnessUnit, FocusPoint, Image, NearField, Polarization, SkyGrid, SpectralWindow};
 use clap::Args;
 use ndarray::Axis;
 use serde_json::json;
 use std::f64::consts::FRAC_PI_8;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `focus`.
 #[derive(Debug, Args)]
@@ -129,4 +131,45 @@ fn found_line(f: &FoundRange) -> String {
         100.0 * f.sigma_m / f.range_m,
         f.significance
     )
+}
+
+/// Rows that are phased first for a forecast, and lines of pixels whose residual phase is found first.
+const FIRST_ROWS: usize = 1024;
+const FIRST_LINES: usize = 8;
+
+impl Plan for FocusArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.how.check().map_err(Failure::call)?;
+        let search = matches!(self.how.range, FocusRange::Auto);
+        ensure!(!search, Failure::unforeseen("--dry-run: no forecast of a search for the range. Give a distance, such as --range 10m"));
+        let input = SetFiles::of(std::slice::from_ref(&self.input))?;
+        let mut source = input.open(planner.context)?;
+        let Passing { set, header, mut facts } = Passing::of(&input, source.as_ref(), false, planner)?;
+        let what = format!("focusing {}", self.input.display());
+        let grid = focus_grid(&self.how, &header, false).context(&what)?;
+        let focus = self.how.point(None).map_err(Failure::call)?;
+        let focusing = Focusing::new(&header, focus).context(&what)?;
+        let rows = grown((set.rows, source.n_rows()), FIRST_ROWS, &mut |n| Ok(focusing.apply(&mut source.read_rows(0..n)?, 0)?))?;
+        // The rows are read and phased together.
+        let mut forecast = cost::convert(set);
+        forecast.stages.retain(|s| s.name != "read");
+        let held = 2.0 * set.block_bytes();
+        forecast.stages.insert(1, Stage { timed_s: rows.seconds, ..Stage::new("phases", held) });
+        if let Some(surface) = surface_of(&focusing.header().near_field) {
+            let elements = Elements::new(&header.layout, None)?;
+            let lines = grown((grid.n_m as f64, grid.n_m), FIRST_LINES, &mut |n| {
+                let some = SkyGrid::new(grid.n_l, n.max(2), grid.cell_rad, grid.frame.clone())?;
+                Validity::new(&elements, focus, &surface, &some, header.spectrum.range_hz().1)?;
+                Ok(())
+            })?;
+            forecast.stages.push(Stage { timed_s: lines.seconds, ..Stage::new("residual phases", lines.held_bytes) });
+        }
+        forecast.assumptions.push(rows.assumption("rows"));
+        facts.insert("size".into(), json!([grid.n_l, grid.n_m]));
+        Ok(Told { command: "focus", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

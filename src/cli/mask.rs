@@ -2,8 +2,10 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
+use super::forecast::{Plan, Planner, Told, grown};
 use super::options::{OutputArgs, load_array};
 use super::picture;
+use crate::cost::{self, Stage, Term};
 use crate::memory::{ImageWork, check_images};
 use crate::simulate::mask::{UvMask, uv_mask};
 use crate::simulate::{BandOptions, PlannedTrack, TrackOptions};
@@ -11,6 +13,8 @@ use cittert_arrays::quantity::Angle;
 use cittert_arrays::{SkyGrid, SpectralWindow};
 use cittert_formats::fits::{LinearAxis, write_plane};
 use clap::Args;
+use serde_json::Map;
+use std::path::Path;
 
 /// Options of `mask`.
 #[derive(Debug, Args)]
@@ -117,4 +121,35 @@ fn outcome(mask: &UvMask, args: &MaskArgs) -> Outcome {
         mask.visibilities_per_cell()
     );
     Outcome::new(json, text)
+}
+
+impl Plan for MaskArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        planner.alone("makes a mask")?;
+        planner.no_visibilities("the rows of a mask follow from the layout")?;
+        let layout = load_array(&self.layout)?;
+        let spectrum = self.band.spectrum()?;
+        let PlannedTrack { center, plan } = self.track.plan(&layout).map_err(Failure::call)?;
+        let grid = SkyGrid::new(self.size, self.size, self.cell.si(), SkyGrid::frame_of(&center))?;
+        check_images((self.size, self.size), ImageWork::Transform)?;
+        let found = grown((plan.n_rows() as f64, plan.n_rows()), BLOCK_ROWS.min(plan.n_rows() / 4), &mut |n| {
+            uv_mask(&grid, &spectrum, &mut (0..n).step_by(BLOCK_ROWS).map(|first| plan.rows(first..(first + BLOCK_ROWS).min(n))))?;
+            Ok(())
+        })?;
+        let pixels = (self.size * self.size) as f64;
+        let mut forecast = cost::timed("mask", (found.seconds, found.held_bytes), if self.no_png { 0.0 } else { 1.0 });
+        let write = Stage::new("write", found.held_bytes + 2.0 * pixels * 8.0);
+        forecast.stages.push(write.doing([(Term::WritePixel, pixels), (Term::PicturePixel, if self.no_png { 0.0 } else { pixels })]));
+        forecast.output_bytes += 4.0 * pixels;
+        forecast.assumptions.push(found.assumption("rows"));
+        let mut facts = Map::new();
+        facts.insert("rows".into(), plan.n_rows().into());
+        facts.insert("channels".into(), spectrum.n_chan().into());
+        facts.insert("size".into(), serde_json::json!([self.size, self.size]));
+        Ok(Told { command: "mask", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

@@ -186,6 +186,10 @@ impl Command {
             Self::Run(args) => args,
             Self::Scene(args) => return args.plan(),
             Self::Film(args) => args.as_ref(),
+            Self::Focus(args) => args,
+            Self::Closure(args) => args,
+            Self::Mask(args) => args,
+            Self::Enhance(args) => args,
             _ => return None,
         })
     }

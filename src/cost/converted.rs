@@ -53,6 +53,12 @@ impl Conversion {
         self.block_rows.min(self.rows) * self.of_row
     }
 
+    /// Bytes of a block of rows.
+    #[must_use]
+    pub fn block_bytes(&self) -> f64 {
+        self.block_values() * RAW + self.block_rows.min(self.rows) * COVERAGE
+    }
+
     fn output_bytes(&self) -> f64 {
         self.values() * STORED + self.rows * STORED_ROW
     }

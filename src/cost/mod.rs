@@ -63,6 +63,6 @@ pub use scale::Scale;
 pub use speeds::Speeds;
 pub use stage::{Forecast, Stage};
 pub use term::{Kind, Term};
-pub use traced::{Filmed, Rated, Traced, film, rates, render};
+pub use traced::{Filmed, Rated, Traced, film, rates, render, timed};
 pub use trials::{Trials, study};
 pub use waves::{WavePasses, Waves, without_transforms};

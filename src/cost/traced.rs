@@ -1,4 +1,4 @@
-//! The stages of `scene render`, `scene fly` and `film`: rays, whose time depends on the scene and is measured with it.
+//! The stages of `scene render`, `scene fly` and `film`, and of other commands whose time is measured with a part of their work.
 
 use super::chained::PICTURE;
 use super::stage::{Forecast, Stage};
@@ -91,6 +91,17 @@ pub fn rates(work: &Rated) -> Forecast {
     let write = Stage::new("write", work.held_bytes).doing([(Term::Picture, 1.0)]);
     let stages = vec![start, timed("set up", work.setup_s), timed("pictures", work.pictures_s), timed("frames", work.frames_s), write];
     Forecast { stages, output_bytes: 2.0 * PICTURE, ..Forecast::default() }
+}
+
+/// The forecast of a command whose work takes what parts of it say: seconds, and bytes that are held. Some pictures are drawn of its results.
+#[must_use]
+pub fn timed(name: &'static str, (timed_s, held_bytes): (f64, f64), pictures: f64) -> Forecast {
+    let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
+    let mut stages = vec![start, Stage { timed_s, ..Stage::new(name, held_bytes) }];
+    if pictures > 0.0 {
+        stages.push(Stage::new("pictures", held_bytes).doing([(Term::Picture, pictures)]));
+    }
+    Forecast { stages, output_bytes: pictures * PICTURE, ..Forecast::default() }
 }
 
 #[cfg(test)]

@@ -196,6 +196,6 @@ pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Res
 /// The refusal of a command without a forecast: what can be forecast.
 pub(super) fn without() -> Failure {
     Failure::usage(
-        "--dry-run: there is a forecast for run, dirty, beam, grid, clean, mem, selfcal, simulate, predict, corrupt, applycal, convert, study, scene render, scene fly and film. Start this command without it",
+        "--dry-run: there is a forecast for run, dirty, beam, grid, clean, mem, selfcal, simulate, predict, focus, corrupt, applycal, closure, mask, convert, study, scene render, scene fly, film and enhance. info, plot, compare, identify, sensor, design, layouts and tables have none, because they take little time, or as long as they are told to: start this command without it",
     )
 }
