@@ -9,6 +9,7 @@ mod docs;
 mod enhance;
 mod film;
 mod forecast;
+mod forecast_pilots;
 mod layouts;
 mod mem;
 mod memory;
