@@ -172,7 +172,7 @@ pub fn selfcal(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
             "a deep image takes all {components} components of --niter in {cycles:.1} major cycles, and the short rounds together as many"
         ),
         "how many rounds, cycles and components the data ask for is not known before: the time can be half or twice as long".into(),
-        "no memory is lost in holes between arrays, which can take a tenth more".into(),
+        "holes between arrays take a thirtieth of the memory: they can take a tenth".into(),
     ];
     let output_bytes = fits(outlook, IMAGES + images) + values * STORED + held.rows() * STORED_ROW;
     Forecast { stages, output_bytes, assumptions, groups_of_planes: outlook.image.size.groups }

@@ -51,10 +51,15 @@ impl Grown {
 ///
 /// # Errors
 /// Those of the work.
-pub(in crate::cli) fn grown((all, made): (f64, usize), first: usize, work: &mut dyn FnMut(usize) -> Result<()>) -> Result<Grown> {
+pub(in crate::cli) fn grown(of: (f64, usize), first: usize, work: &mut dyn FnMut(usize) -> Result<()>) -> Result<Grown> {
+    grown_by(of, first, &mut |n| measured(|| work(n)))
+}
+
+/// The same for work that says itself what it took.
+fn grown_by((all, made): (f64, usize), first: usize, work: &mut dyn FnMut(usize) -> Result<Measured<()>>) -> Result<Grown> {
     let (mut before, mut part): (Option<(f64, f64, f64)>, usize) = (None, first.clamp(1, made.max(1)));
     loop {
-        let done = measured(|| work(part))?;
+        let done = work(part)?;
         let (n, seconds, held_bytes) = (part as f64, done.seconds, done.held_bytes);
         let (n0, s0, b0) = before.unwrap_or((0.0, 0.0, 0.0));
         if part >= made || (before.is_some() && seconds > ENOUGH_S) {
@@ -106,12 +111,12 @@ mod tests {
         let mut asked = Vec::new();
         let mut work = |n: usize| {
             asked.push(n);
-            std::thread::sleep(std::time::Duration::from_millis(20 + 2 * n as u64));
-            Ok(())
+            let (seconds, held_bytes) = (0.02 + 0.002 * n as f64, 1e6 + 1e3 * n as f64);
+            Ok(Measured { result: (), seconds, held_bytes })
         };
-        let found = grown((10_000.0, 10_000), 16, &mut work).unwrap();
+        let found = grown_by((10_000.0, 10_000), 16, &mut work).unwrap();
         assert_eq!((asked, found.part), (vec![16, 64, 256], 256));
-        assert!((18.0..40.0).contains(&found.seconds), "{found:?}");
+        assert!((found.seconds - 20.02).abs() < 1e-9 && (found.held_bytes - 11e6).abs() < 1.0, "{found:?}");
         let mut sizes = Vec::new();
         let mut note = |n: usize| {
             sizes.push(n);
