@@ -264,18 +264,24 @@ pub(super) fn work_of(clean: &CleanOptions, name: &str, outlook: &Outlook) -> Cl
         cycles: None,
         most_cycles: clean.max_major as f64,
         hogbom: name == "hogbom",
-        scales: if name == EXTENDED { scales_of(clean, beam_px, g) } else { 0.0 },
+        scales: if name == EXTENDED { scales_of(clean, (beam_px, outlook.uv_range_wl.0 * g.cell_rad), g) } else { 0.0 },
         tested: false,
         judged: None,
         twice: false,
     }
 }
 
-/// Number of scales of the minor cycle.
-fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
-    let scales = clean.scales(beam_px);
-    let given = scales.widths_px.len();
-    (if given == 0 { chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m)).len() } else { given }) as f64
+/// Half of the power of the kernel of a scale lies beyond this many cycles over its width.
+const HALF_POWER: f64 = 0.4;
+
+/// Number of scales of the minor cycle, for a beam of this width and baselines from so many cycles a pixel on. A scale most of whose power lies below the shortest
+/// baseline is not measured, and not used.
+fn scales_of(clean: &CleanOptions, (beam_px, shortest): (f64, f64), grid: &SkyGrid) -> f64 {
+    let mut scales = clean.scales(beam_px);
+    if scales.widths_px.is_empty() {
+        scales.widths_px = chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m));
+    }
+    scales.widths_px.iter().filter(|width| **width * shortest <= HALF_POWER).count() as f64
 }
 
 impl Plan for CleanCommandArgs {
