@@ -159,3 +159,20 @@ impl Waves {
         forecast
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_point_takes_its_time_in_each_pass() {
+        let waves = Waves { lit_s: 1e-3, dark_s: 1e-4, back_s: 2e-3, gain_s: 1e-5, exact_s: 4e-3, table_bytes: 1e6, tile: 64.0 };
+        let cycle = WavePasses { lit: 100.0, dark: 900.0, back: 1000.0, rows: 1.0, ..WavePasses::default() };
+        assert!((waves.seconds(&cycle) - 2.19).abs() < 1e-12);
+        let two = cycle.and(cycle).and(WavePasses { exact: 5.0, gains: 1000.0, ..WavePasses::default() });
+        assert!((waves.seconds(&two) - 2.0 * 2.19 - 0.03).abs() < 1e-12 && two.rows == 2.0);
+        let (small, large) = (waves.simulated(1000.0), waves.simulated(4000.0));
+        assert!((small.timed_s - 4.0).abs() < 1e-12 && (large.timed_s - 16.0).abs() < 1e-12);
+        assert_eq!(large.bytes - small.bytes, 3000.0 * (POINT + DOUBLE));
+    }
+}

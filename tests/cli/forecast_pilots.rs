@@ -1,4 +1,7 @@
 //! `--dry-run` of work that no table describes, so that a part of it is done first.
+//!
+//! The times of the parts depend on the machine and on what else runs there, so no test compares them. How they grow to the time of all is tested with given times,
+//! where the rule lies.
 
 use crate::program::Scratch;
 use serde_json::Value;
@@ -22,11 +25,6 @@ fn planned(s: &Scratch, command: &str) -> Value {
     json
 }
 
-/// So many times as much, to within a factor of 5: the machine has other work too.
-fn about(ratio: f64, expected: f64) -> bool {
-    (expected / 5.0..5.0 * expected).contains(&ratio)
-}
-
 /// A temperature in a disc, for arrays that see the near field.
 const DISC: &str = "kind = \"analytic\"\nname = \"disc\"\nbackground = { temperature_k = 0.0 }\n[[shape]]\ntype = \"ellipse\"\ncenter_deg = [0.3, -0.2]\n\
                     size_deg = [3.0, 2.0]\ntemperature_k = 250.0\n";
@@ -42,17 +40,17 @@ fn spherical_waves_take_what_their_points_say() {
     };
     let (small, large) = (planned(&s, &simulate(64)), planned(&s, &simulate(512)));
     let points = |json: &Value| json["facts"]["points"].as_f64().unwrap();
-    let (more, longer) = (points(&large) / points(&small), seconds(&large, "spherical waves") / seconds(&small, "spherical waves"));
-    assert!(about(longer, more), "{longer} {more}: {small} {large}");
+    assert!(seconds(&small, "spherical waves") > 0.0 && seconds(&large, "spherical waves") > 0.0, "{small} {large}");
+    assert!(points(&small) > 100.0 && points(&large) >= points(&small) && points(&large) <= 512.0 * 512.0, "{small} {large}");
     s.ok(&simulate(64));
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
     let predicted = planned(&s, "predict v.uvh5 --model s.csv --range auto -o p.uvh5");
     assert_eq!((&predicted["facts"]["rows"], &predicted["facts"]["points"]), (&990.0.into(), &2.0.into()), "{predicted}");
-    assert!(seconds(&predicted, "spherical waves") < seconds(&large, "spherical waves"), "{predicted} {large}");
+    assert!(seconds(&predicted, "spherical waves") > 0.0, "{predicted}");
     for command in ["dirty v.uvh5 -o out.fits", "beam v.uvh5 -o out.fits", "clean v.uvh5 -o out --niter 500", "mem v.uvh5 -o out"] {
         let of = |size: usize| planned(&s, &format!("{command} --range auto --size {size} --cell 0.5mrad"));
         let (small, large) = (of(96), of(384));
-        assert!(about(seconds(&large, "spherical waves") / seconds(&small, "spherical waves"), 16.0), "{command}: {small} {large}");
+        assert!(seconds(&large, "spherical waves") > 0.0 && small["facts"]["points"] == 9216.0, "{command}: {small} {large}");
         assert!(large["peak_bytes"].as_f64() > small["peak_bytes"].as_f64(), "{command}");
         assert!(large["facts"]["w_planes"].is_null() && large["facts"]["points"] == 147_456.0, "{command}: {large}");
     }
@@ -60,7 +58,7 @@ fn spherical_waves_take_what_their_points_say() {
     s.fails("grid v.uvh5 -o out.h5 --range auto --dry-run", 2, &["spherical waves"]);
 }
 
-/// A joint solution of image and gains takes longer for more rows and with held-out baselines, and a set that a run would make has one too.
+/// A joint solution of image and gains needs more evaluations with held-out baselines, and a set that a run would make has one too.
 #[test]
 fn a_joint_solution_is_begun_on_some_rows() {
     let s = Scratch::new();
@@ -68,9 +66,8 @@ fn a_joint_solution_is_begun_on_some_rows() {
     let scene = "--scene disc.toml --scene-size 64 --scene-cell 1.5mrad --freq 94GHz --bandwidth 2GHz --channels 2";
     s.ok(&format!("simulate --layout mm-y {scene} --noise --tsys 500K --duration 30s -o v.uvh5"));
     let of = |options: &str| planned(&s, &format!("selfcal v.uvh5 -o out --size 64 --cell 1.5mrad --solint inf {options}"));
-    let (here, unjudged, longer) = (of(""), of("--hold-out 0"), of("--visibilities 1e7"));
-    let time = |json: &Value| seconds(json, "image and gains");
-    assert!(time(&here) > 0.0 && time(&longer) > 10.0 * time(&here), "{here} {longer}");
+    let (here, unjudged, larger) = (of(""), of("--hold-out 0"), of("--visibilities 1e7"));
+    assert!(seconds(&here, "image and gains") > 0.0 && larger["peak_bytes"].as_f64() > here["peak_bytes"].as_f64(), "{here} {larger}");
     let evaluations = |json: &Value| {
         let all = json["assumptions"].as_array().unwrap().iter().filter_map(Value::as_str);
         all.filter_map(|a| a.split_once(" evaluations, as")?.0.parse::<f64>().ok()).next().unwrap()
@@ -95,7 +92,7 @@ fn leakages_follow_the_rounds() {
     s.ok(&format!("simulate --layout vla-d --scene s.csv --freq 5GHz --bandwidth 64MHz --channels 4 --pols RR,RL,LR,LL {track} -o v.uvh5"));
     let of = |options: &str| planned(&s, &format!("selfcal v.uvh5 -o out --size 128 --solint inf --niter 200 {options}"));
     let (rounds, leakages) = (of(""), of("--solve leakage"));
-    assert!(leakages["seconds"].as_f64() > rounds["seconds"].as_f64(), "{rounds} {leakages}");
+    assert_eq!(leakages["stages"].as_array().unwrap().len(), rounds["stages"].as_array().unwrap().len() + 2, "{rounds} {leakages}");
     assert!(seconds(&leakages, "leakages") > 0.0 && seconds(&leakages, "images of I, Q, U and V") > 0.0, "{leakages}");
     let given = of("--solve leakage --model s.csv");
     assert!(!given["stages"].to_string().contains("images of I, Q, U and V"), "{given}");
@@ -103,19 +100,20 @@ fn leakages_follow_the_rounds() {
     s.fails("selfcal p.uvh5 -o out --size 128 --solint inf --pointing --dry-run", 2, &["no forecast of --pointing"]);
 }
 
-/// Errors that need the scene are put into some rows, and more rows take more time.
+/// Errors that need the scene are put into some rows.
 #[test]
 fn errors_of_the_scene_are_put_into_some_rows() {
     let s = Scratch::new();
     s.write("disc.toml", DISC);
     let scene = "--scene disc.toml --scene-size 64 --scene-cell 1.5mrad";
     s.ok(&format!("simulate --layout mm-y {scene} --freq 94GHz --bandwidth 1GHz --element airy --element-diameter 20mm -o v.uvh5"));
-    let of = |more: &str| planned(&s, &format!("corrupt v.uvh5 -o out.uvh5 --pointing-rms 10arcmin {scene} {more}"));
-    let (here, longer) = (of(""), of("--visibilities 1e5"));
-    assert!(seconds(&here, "scene") > 0.0 && seconds(&longer, "scene") > 20.0 * seconds(&here, "scene"), "{here} {longer}");
+    let here = planned(&s, &format!("corrupt v.uvh5 -o out.uvh5 --pointing-rms 10arcmin {scene}"));
+    assert!(seconds(&here, "scene") > 0.0 && here["assumptions"].to_string().contains("rows, which see the scene changed"), "{here}");
+    let without = planned(&s, "corrupt v.uvh5 -o out.uvh5 --phase-rms 10deg");
+    assert!(!without["stages"].to_string().contains("\"scene\""), "{without}");
 }
 
-/// An image from closure quantities takes the data that the command takes, and more time for more rounds.
+/// An image from closure quantities takes the data that the command takes.
 #[test]
 fn closure_quantities_are_imaged_for_a_few_iterations() {
     let s = Scratch::new();
@@ -123,10 +121,10 @@ fn closure_quantities_are_imaged_for_a_few_iterations() {
     let track = "--phase-center 12h00m00s,+40d00m00s --hour-angle -2h,2h --integration 1200s --noise --sefd 100Jy";
     s.ok(&format!("simulate --layout vlba --scene s.csv --freq 43GHz --bandwidth 1GHz {track} -o v.uvh5"));
     let line = "mem v.uvh5 -o out --terms cphase,amp --size 32 --cell 60uas --flux 1.5Jy --closure-rounds";
-    let (four, many) = (planned(&s, &format!("{line} 4")), planned(&s, &format!("{line} 64")));
+    let four = planned(&s, &format!("{line} 4"));
     let done = s.json(&format!("{line} 1 --round-niter 5"));
     assert_eq!((&four["facts"]["data"], &four["facts"]["size"]), (&done["n_visibilities"], &done["size"]), "{four} {done}");
-    assert!(about(seconds(&many, "images") / seconds(&four, "images"), 16.0), "{four} {many}");
+    assert!(seconds(&four, "images") > 0.0 && four["facts"]["evaluation_s"].as_f64().unwrap() > 0.0, "{four}");
 }
 
 /// A study of frame rates counts its frames, and the pictures that the motion asks for.
@@ -153,28 +151,30 @@ fn rows_and_lines_are_worked_on_until_they_can_be_timed() {
     let s = Scratch::new();
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
     s.ok("simulate --layout mm-y --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 2 --range 3m --noise --tsys 500K -o v.uvh5");
-    let longer = |command: &str, stage: &str| {
-        let (here, more) = (planned(&s, command), planned(&s, &format!("{command} --visibilities 1e6")));
-        assert!(seconds(&more, stage) > 20.0 * seconds(&here, stage), "{command}: {here} {more}");
-        here
+    let timed = |command: &str, stage: &str| {
+        let json = planned(&s, command);
+        assert!(seconds(&json, stage) > 0.0, "{command}: {json}");
+        json
     };
-    longer("focus v.uvh5 -o f.uvh5 --range 3m", "phases");
-    let closures = longer("closure v.uvh5 -o c.csv", "closure quantities");
+    timed("focus v.uvh5 -o f.uvh5 --range 3m", "phases");
+    let closures = timed("closure v.uvh5 -o c.csv", "closure quantities");
+    // A set that is longer has as many more quantities, of which the same part is formed.
+    let more = timed("closure v.uvh5 -o c.csv --visibilities 1e6", "closure quantities");
+    let grown = |name: &str| more["facts"][name].as_f64().unwrap() / closures["facts"][name].as_f64().unwrap();
+    assert!(grown("rows") > 20.0 && (grown("quantities") / grown("rows") - 1.0).abs() < 1e-3, "{closures} {more}");
     let done = s.json("closure v.uvh5 -o c.csv");
     let count = done["phases"]["count"].as_f64().unwrap() + done["log_amplitudes"]["count"].as_f64().unwrap();
     assert_eq!(closures["facts"]["quantities"].as_f64(), Some(count), "{closures} {done}");
     let written = std::fs::metadata(s.path("c.csv")).unwrap().len() as f64;
     assert!((closures["output_bytes"].as_f64().unwrap() / written - 1.0).abs() < 0.05, "{closures} {written}");
     let mask = |time: &str| {
-        planned(&s, &format!("mask mm-y --freq 94GHz --bandwidth 1GHz --channels 8 --size 256 --cell 1mrad --duration {time} -o m.fits"))
+        timed(&format!("mask mm-y --freq 94GHz --bandwidth 1GHz --channels 8 --size 256 --cell 1mrad --duration {time} -o m.fits"), "mask")
     };
     let (short, long) = (mask("100s"), mask("10000s"));
-    assert!(seconds(&long, "mask") > 20.0 * seconds(&short, "mask") && long["facts"]["rows"] == 990_000, "{short} {long}");
+    assert_eq!((&short["facts"]["rows"], &long["facts"]["rows"]), (&9900.into(), &990_000.into()), "{short} {long}");
     s.ok("dirty v.uvh5 -o small.fits --size 128 --cell 1mrad");
-    s.ok("dirty v.uvh5 -o large.fits --size 512 --cell 0.25mrad");
-    let of = |name: &str| planned(&s, &format!("enhance {name}.fits -o e.fits --steps median=7"));
-    let (small, large) = (of("small"), of("large"));
-    assert!(seconds(&large, "steps") > 4.0 * seconds(&small, "steps"), "{small} {large}");
+    let small = timed("enhance small.fits -o e.fits --steps median=7", "steps");
+    assert_eq!((&small["facts"]["size"], &small["facts"]["frames"]), (&serde_json::json!([128, 128]), &1.into()), "{small}");
     s.fails("focus v.uvh5 -o f.uvh5 --range auto --dry-run", 2, &["search for the range"]);
     for without in ["info v.uvh5", "compare small.fits small.fits", "identify mm-y", "layout list"] {
         s.fails(&format!("{without} --dry-run"), 2, &["there is a forecast for", "focus", "closure", "mask", "enhance", "little time"]);
