@@ -87,8 +87,8 @@ impl Console {
         if self.loudness == Loudness::Quiet {
             return;
         }
-        // Nothing can be done where stderr is closed.
-        let print = || drop(writeln!(std::io::stderr(), "{text}"));
+        // One write, so that no other process prints between the parts of a line. Nothing can be done where stderr is closed.
+        let print = || drop(std::io::stderr().write_all(format!("{text}\n").as_bytes()));
         match &state.bar {
             Some(bar) => bar.suspend(print),
             None => print(),

@@ -81,7 +81,8 @@ impl Failure {
         // Nothing can be done where stderr is closed.
         let _ = match self.of_clap() {
             Some(e) => e.print(),
-            None => writeln!(std::io::stderr(), "error: {self}"),
+            // One write for the whole line: what mpirun or another process prints meanwhile cannot come between its parts.
+            None => std::io::stderr().write_all(format!("error: {self}\n").as_bytes()),
         };
     }
 }

@@ -1,6 +1,9 @@
 //! Requests that cannot be met are refused, and doubtful results are told.
 
 use crate::program::Scratch;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixDatagram;
+use std::process::Command;
 
 const BAND: &str = "--freq 1.4GHz --bandwidth 64MHz";
 
@@ -155,4 +158,20 @@ fn gains_of_another_band_or_another_month_are_refused() {
         assert!(!s.path(&format!("{name}-out.uvh5")).exists());
         s.ok(&format!("applycal {name}.uvh5 t.calh5 --force -o {name}-out.uvh5"));
     }
+}
+
+/// A socket of datagrams keeps each write apart. What mpirun prints at the same moment must not come between the parts of a line.
+#[test]
+fn an_error_is_one_write() {
+    let (ours, theirs) = UnixDatagram::pair().unwrap();
+    let s = Scratch::new();
+    let program = assert_cmd::cargo::cargo_bin("cittert");
+    let ended = Command::new(program).current_dir(s.path("")).args(["info", "none.uvh5"]).stderr(OwnedFd::from(theirs)).status().unwrap();
+    assert_eq!(ended.code(), Some(1));
+    ours.set_nonblocking(true).unwrap();
+    let mut line = [0; 4096];
+    let n = ours.recv(&mut line).unwrap();
+    let line = String::from_utf8_lossy(&line[..n]);
+    assert!(line.starts_with("error: ") && line.contains("none.uvh5") && line.ends_with('\n'), "{line}");
+    assert!(ours.recv(&mut [0; 16]).is_err());
 }

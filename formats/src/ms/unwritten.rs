@@ -22,8 +22,9 @@ extern "C" fn end(what: *const c_char) -> ! {
     // SAFETY: the shim gives a NUL-terminated text that outlives this call.
     let what = unsafe { CStr::from_ptr(what) }.to_string_lossy();
     let what = what.lines().next().unwrap_or_default();
+    let text = format!("error: a Measurement Set cannot be written, mostly because the disk is full: {what}\n");
     // Nothing can be done where stderr is closed.
-    let _ = writeln!(std::io::stderr(), "error: a Measurement Set cannot be written, mostly because the disk is full: {what}");
+    let _ = std::io::stderr().write_all(text.as_bytes());
     crate::atomic::remove_unfinished();
     // SAFETY: ends the process at once. Exit handlers would run the destructors of casacore again.
     unsafe { libc::_exit(FAILED) }
