@@ -122,14 +122,17 @@ impl Loop<'_> {
         let clean = &self.work.clean;
         let bytes = held.minor(clean, 1.0, self.always() + held.pass(image) + held.planes_between(2.0)).bytes;
         // All short rounds together find about as many components as one deep image.
-        let found = CleanWork { components: clean.components * (deep + 1.0), ..*clean };
-        vec![
+        let short_rounds = held.minor(clean, short, 0.0).work;
+        let deep_images = times(held.minor(clean, cycles, 0.0), deep);
+        let mut stages = vec![
             times(held.imaged("beams", image, (true, self.always())), 1.0 + 2.0 * self.judging()),
             times(held.imaged("images of short rounds", &self.work.short, (true, beside)), short),
             times(held.imaged("deep images", image, (true, beside)), deep),
             held.residuals(deep * cycles, beside),
-            Stage { bytes, ..held.minor(&found, deep * cycles + short, 0.0) },
-        ]
+            Stage { bytes, ..deep_images }.doing(short_rounds),
+        ];
+        stages.extend(held.drawn(clean, cycles, beside).map(|stage| times(stage, deep)));
+        stages
     }
 
     /// The predictions of the models of all rounds, and the gains.

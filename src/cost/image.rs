@@ -95,6 +95,7 @@ impl Held<'_> {
         let (points, logs) = field.bands.map_or((s.points, s.point_logs), |b| (b.points, b.point_logs));
         vec![
             (Term::Fill, n * p.visibilities),
+            (Term::Row, n * self.rows()),
             (Term::Fold, n * p.channel_multiply_adds * wide),
             (Term::Node, n * p.nodes * groups),
             (Term::Spread, n * p.grid_multiply_adds * wide * p.idle.0.at(self.threads)),
@@ -112,6 +113,7 @@ impl Held<'_> {
         let (points, logs) = self.residual_bands().map_or((s.points, s.point_logs), |(b, _)| (b.points, b.point_logs));
         vec![
             (Term::Subtract, n * p.visibilities),
+            (Term::RowBack, n * self.rows()),
             (Term::Unfold, n * p.channel_multiply_adds * wide),
             (Term::NodeBack, n * p.nodes * groups),
             (Term::Gather, n * p.grid_multiply_adds * wide * p.idle.1.at(self.threads)),

@@ -13,7 +13,7 @@ pub(super) const RAW: f64 = 17.0;
 const SUM: f64 = 16.0;
 /// A row of the whole observation: the output keeps little more than the number of its time and its antennas.
 const ROW: f64 = 3.0;
-/// Buffers of an output that is written block after block.
+/// Buffers of an output that is written block after block, once they are full.
 pub(super) const WRITER: f64 = 12e6;
 /// A row of a block: its coverage three times over.
 const COVERAGES: f64 = 150.0;
@@ -56,7 +56,8 @@ impl SampledWork {
         let block = self.block_rows.min(self.rows);
         let per_block = block * (self.channels * SUM * self.products + self.channels_out * self.products * RAW)
             + self.rows * ROW
-            + if block < self.rows { WRITER } else { 0.0 };
+            // What was written before the last block lies in the buffers.
+            + WRITER * (1.0 - block / self.rows.max(1.0));
         let scene = self.image.as_ref().map_or(0.0, |(field, planes)| {
             let s = &field.size;
             let nodes = field.pass.nodes * block / self.rows.max(1.0) * 2.0 * field.real_bytes as f64;

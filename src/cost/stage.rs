@@ -7,6 +7,10 @@ use super::term::Term;
 /// of which 66 then lie within 10 %.
 const HOLES: f64 = 1.03;
 
+/// What the first image and its verdict leave in the heap while a second image is made. Without this, 19 runs with a second image took 9 MB more than their
+/// forecast in the median, and 14 runs without one took 4 MB more.
+const LEFT: f64 = 6e6;
+
 /// A part of a command: what it does, and what it holds in memory meanwhile.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stage {
@@ -40,11 +44,11 @@ impl Stage {
         self
     }
 
-    /// A second image of most of the data: the work of all stages but these, in no more memory.
+    /// A second image of most of the data: the work of all stages but these.
     #[must_use]
     pub fn second<const N: usize>(stages: &[Self], but: [&str; N]) -> Self {
         let again: Vec<&Self> = stages.iter().filter(|s| !but.contains(&s.name)).collect();
-        let bytes = again.iter().map(|s| s.bytes).fold(0.0, f64::max);
+        let bytes = LEFT + again.iter().map(|s| s.bytes).fold(0.0, f64::max);
         Self::new("second image", bytes).doing(again.iter().flat_map(|s| s.work.iter().copied()))
     }
 

@@ -65,6 +65,8 @@ terms! {
     Sort = "pass.sort", Stream;
     /// Giving a visibility its weight on the way to the grid.
     Fill = "pass.value", Stream;
+    /// A row on the way to the grid: where its values lie, and fetching them in the order of the grid.
+    Row = "pass.row", Stream;
     /// A multiply-add between channels and nodes on the way to the grid.
     Fold = "pass.channel", Grid;
     /// A node on the way to the grid.
@@ -73,6 +75,8 @@ terms! {
     Spread = "pass.cell", Grid;
     /// A visibility on the way from the grid.
     Subtract = "predict.value", Stream;
+    /// A row on the way from the grid.
+    RowBack = "predict.row", Stream;
     /// A multiply-add between channels and nodes on the way from the grid.
     Unfold = "predict.channel", Grid;
     /// A node on the way from the grid.
@@ -101,6 +105,8 @@ terms! {
     WritePixel = "image.write", Stream;
     /// A pixel in one evaluation of maximum entropy, beside the transforms.
     EntropyPixel = "entropy.pixel", Stream;
+    /// A visibility whose noise and flux are looked at before an image of maximum entropy.
+    Statistics = "statistics.value", Stream;
     /// Adding a visibility to its cell of the u-v plane.
     Put = "cells.value", Grid;
     /// Writing a cell.

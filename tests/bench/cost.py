@@ -183,9 +183,9 @@ SHORT = 0.05
 
 
 def nnls(rows, columns):
-    """Numbers of 0 or more that minimise the squared relative errors of sums: rows are (counts by column, measured)."""
-    a = [[counts.get(c, 0.0) / max(y, SHORT) for c in columns] for counts, y in rows]
-    wanted = [y / max(y, SHORT) for _, y in rows]
+    """Numbers of 0 or more that minimise the squared errors of sums: rows are (counts by column, measured, what errors are relative to)."""
+    a = [[counts.get(c, 0.0) / of for c in columns] for counts, _, of in rows]
+    wanted = [y / of for _, y, of in rows]
     scale = [math.sqrt(sum(r[j] ** 2 for r in a)) or 1.0 for j in range(len(columns))]
     a = [[v / s for v, s in zip(r, scale)] for r in a]
     n = len(columns)
@@ -235,18 +235,19 @@ def fit(rows, gauges):
     seconds, serial = {}, dict(old["serial"])
 
     def group(names, samples):
-        """samples: (row, counts, measured). Fits seconds on one thread, then the part that a second thread does not shorten."""
-        samples = [(r, c, y) for r, c, y in samples if y > 0 and c]
-        columns = sorted({t for _, c, _ in samples for t in c})
+        """samples: (row, counts, measured), and what errors are relative to where that is not what was measured. Fits seconds on one thread, then the part
+        that a second thread does not shorten."""
+        samples = [(r, c, y, max(SHORT, *whole, y)) for r, c, y, *whole in samples if y > 0 and c]
+        columns = sorted({t for _, c, _, _ in samples for t in c})
         if not samples:
             return
         best = None
         for step in range(0, 21):
             s = step / 20
             part = {1: 1.0, 2: s + (1 - s) / 2}
-            scaled = [({t: n * part[r["threads"]] for t, n in c.items()}, y) for r, c, y in samples]
+            scaled = [({t: n * part[r["threads"]] for t, n in c.items()}, y, of) for r, c, y, of in samples]
             x = nnls(scaled, columns)
-            error = sum(((sum(x[t] * n for t, n in c.items()) - y) / max(y, SHORT)) ** 2 for c, y in scaled)
+            error = sum(((sum(x[t] * n for t, n in c.items()) - y) / of) ** 2 for c, y, of in scaled)
             if best is None or error < best[0]:
                 best = (error, s, x)
         error, s, x = best
@@ -270,7 +271,8 @@ def fit(rows, gauges):
     # Major cycles are fitted by their real number.
     back = []
     for r in once:
-        if r["command"] == "clean":
+        # The models of multiscale CLEAN are drawn with its scales, which takes as long as the passes.
+        if r["command"] == "clean" and "multiscale" not in r["words"]:
             assumed, real = cycles(r), r["told"]["major_cycles"]
             counts = work_of(r, ["pass", "to-image", "predict", "from-image"], ["major cycles"])
             counts = {t: n * real / assumed for t, n in counts.items()}
@@ -281,7 +283,8 @@ def fit(rows, gauges):
     minors = []
     for r in once:
         if r["command"] == "clean":
-            real = r["told"]["major_cycles"] / cycles(r)
+            # The rounds of multiscale CLEAN do not depend on the cycles.
+            real = 1.0 if "multiscale" in r["words"] else r["told"]["major_cycles"] / cycles(r)
             counts = work_of(r, ["minor", "convolve"], ["minor cycles"])
             counts = {t: n * (real if t in ("minor.pixel", "convolve.log") else 1.0) for t, n in counts.items()}
             minors.append((r, counts, r["told"]["seconds"].get("minor", 0.0)))
@@ -304,10 +307,15 @@ def fit(rows, gauges):
         if r["command"] == "mem":
             real = r["told"]["evaluations"] / evaluations(r)
             spent = sum_of(r, seconds, serial, ["passes"]) * real
-            solvers.append((r, work_of(r, ["entropy"]), max(r["told"]["seconds"]["solve"] - spent, 0.02 * r["told"]["seconds"]["solve"])))
+            # What is known of the solver so far are its convolutions.
+            spent += sum_of(r, {"convolve.log": seconds["convolve.log"]}, serial, ["solver"]) * r["told"]["convolutions"] / convolutions(r)
+            solve = r["told"]["seconds"]["solve"]
+            solvers.append((r, work_of(r, ["entropy"]), max(solve - spent, 0.02 * solve), solve))
     group(["entropy"], solvers)
-    maps = [(r, work_of(r, ["map"], ["uncertainty"]), r["told"]["seconds"]["uncertainty"]) for r in once if r["command"] == "mem"]
+    last = lambda r: sum_of(r, seconds, serial, ["last evaluation"])
+    maps = [(r, work_of(r, ["map"], ["uncertainty"]), r["told"]["seconds"]["uncertainty"] - last(r)) for r in once if r["command"] == "mem"]
     group(["map"], maps)
+    group(["statistics"], [(r, work_of(r, ["statistics"], ["statistics"]), r["told"]["seconds"]["statistics"]) for r in once if r["command"] == "mem"])
     # What is left of the whole times.
     rest = []
     single = [r for r in imaging if "second image" not in [s["stage"] for s in r["forecast"]["stages"]]]
@@ -338,9 +346,6 @@ def fit(rows, gauges):
             # A line through no cycles for no components.
             first, slope = 0.0, sum(x * y for x, y in points) / sum(x * x for x, _ in points)
         typical["clean.cycles"], typical["clean.cycles-per-log"] = first, slope
-    mems = [r for r in once if r["command"] == "mem"]
-    if mems:
-        typical["mem.convolutions-per-evaluation"] = sum(r["told"]["convolutions"] for r in mems) / sum(r["told"]["evaluations"] for r in mems)
     # Measurement Sets are read only by programs that are built with casacore.
     seconds.setdefault("read.ms", seconds.get("read.uvfits", 0.0))
     for t in all_terms():
@@ -365,6 +370,13 @@ def evaluations(row):
     return 1
 
 
+def convolutions(row):
+    for text in row["forecast"]["assumptions"]:
+        if m := re.search(r"(\d+) convolutions", text):
+            return int(m.group(1))
+    return 1
+
+
 def sum_of(row, seconds, serial, stages):
     total = 0.0
     for s in row["forecast"]["stages"]:
@@ -383,7 +395,7 @@ def real_known(row, known, seconds, serial):
         total += told.get("major", 0.0) + told.get("minor", 0.0) - sum_of(row, seconds, serial, ["major cycles", "minor cycles"])
     if row["command"] == "mem":
         total += told.get("solve", 0.0) - sum_of(row, seconds, serial, ["passes", "solver"])
-        total += told.get("uncertainty", 0.0) - sum_of(row, seconds, serial, ["uncertainty"])
+        total += told.get("uncertainty", 0.0) - sum_of(row, seconds, serial, ["uncertainty", "last evaluation"])
     return total
 
 
@@ -425,7 +437,7 @@ def write(found, path):
     Path(path).write_text("\n".join(lines) + "\n")
 
 
-FIT = {"dirty": 12, "beam": 4, "clean": 12, "mem": 4, "grid": 3, "simulate": 10, "predict": 6}
+FIT = {"dirty": 12, "beam": 4, "clean": 32, "mem": 10, "grid": 3, "simulate": 10, "predict": 6}
 CHECK = {"dirty": 3, "clean": 3, "mem": 1, "beam": 1, "simulate": 1, "predict": 1}
 
 

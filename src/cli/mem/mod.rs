@@ -18,7 +18,7 @@ use super::verdict::{self, Judged};
 use super::zero_spacing;
 use crate::cost::{self, EntropyWork, WavePasses};
 use crate::imaging::{Imager, ImagingOptions};
-use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, mem};
+use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, chi2_of_nothing, mem};
 use crate::progress::Quiet;
 use crate::verdict::{CrossCheck, ImageFacts};
 use cittert_arrays::VisibilitySource;
@@ -178,6 +178,8 @@ impl Plan for MemCommandArgs {
         let alone = planner.ranks == 1;
         let work = EntropyWork {
             evaluations: self.mem.niter as f64,
+            // A set that does not exist yet has no data.
+            chi2_of_nothing: chi2_of_nothing(source.as_mut(), &self.mem).ok().flatten(),
             uncertainty: self.mem.uncertainty != Uncertainty::None,
             judged: if alone { verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
