@@ -365,8 +365,8 @@ def cycles(row):
 
 def evaluations(row):
     for text in row["forecast"]["assumptions"]:
-        if m := re.match(r"(\d+) evaluations", text):
-            return int(m.group(1))
+        if m := re.match(r"([\d.]+) evaluations", text):
+            return float(m.group(1))
     return 1
 
 
