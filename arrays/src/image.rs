@@ -1,7 +1,7 @@
 //! Images of brightness on a grid of direction cosines.
 
 use crate::{ArrayError, ElementPattern, NearField, PhaseCenter, Polarization, RestoringBeam, Result, SpectralWindow};
-use ndarray::{Array2, Array4, ArrayView2, ArrayViewMut2, s};
+use ndarray::{Array2, Array4, ArrayView2, ArrayViewMut2, Zip, s};
 use serde::{Deserialize, Serialize};
 
 /// Frame of an image: it decides in which direction l grows along the x axis.
@@ -232,7 +232,7 @@ impl<P> Image<P> {
 impl From<Image<f32>> for Image {
     fn from(image: Image<f32>) -> Self {
         Self {
-            data: image.data.mapv(f64::from),
+            data: Zip::from(&image.data).par_map_collect(|v| f64::from(*v)),
             grid: image.grid,
             spectrum: image.spectrum,
             polarizations: image.polarizations,

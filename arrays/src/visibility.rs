@@ -4,11 +4,14 @@ use crate::coverage::append_rows;
 use crate::{Annotations, ArrayError, ArrayLayout, NearField, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
 use ndarray::{Array3, s};
 use num_complex::Complex;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Runs of so many samples (1 MiB) or more are copied by two threads. To hand half of a shorter run over takes longer than to copy it.
+/// Runs of so many samples (1 MiB) or more are copied by all threads. To hand a part of a shorter run over takes longer than to copy it.
 const LARGE: usize = 1 << 16;
+/// Values that a thread copies at once.
+const PART: usize = 1 << 14;
 
 /// Unit of a visibility.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -182,14 +185,44 @@ impl VisibilityBlock {
     /// # Errors
     /// A range past the last row.
     pub fn rows(&self, range: Range<usize>) -> Result<Self> {
-        let coverage = self.coverage.rows(range.clone())?;
-        let part = s![range, .., ..];
-        let vis = || self.vis.slice(part).to_owned();
-        let others = || (self.weights.slice(part).to_owned(), self.flags.slice(part).to_owned(), self.nsamples.slice(part).to_owned());
-        let large = coverage.n_rows() * self.vis.shape()[1] * self.vis.shape()[2] >= LARGE;
-        let (vis, (weights, flags, nsamples)) = if large { rayon::join(vis, others) } else { (vis(), others()) };
-        Ok(Self { coverage, vis, weights, flags, nsamples })
+        ArrayError::unless_rows(&range, self.n_rows())?;
+        if range.len() * self.vis.shape()[1] * self.vis.shape()[2] >= LARGE {
+            let others = || (copied(&self.weights, &range), copied(&self.flags, &range), copied(&self.nsamples, &range));
+            let visibilities = || (copied(&self.vis, &range), self.coverage.rows(range.clone()));
+            let ((vis, coverage), (weights, flags, nsamples)) = rayon::join(visibilities, others);
+            return Ok(Self { coverage: coverage?, vis, weights, flags, nsamples });
+        }
+        let part = s![range.clone(), .., ..];
+        Ok(Self {
+            coverage: self.coverage.rows(range)?,
+            vis: self.vis.slice(part).to_owned(),
+            weights: self.weights.slice(part).to_owned(),
+            flags: self.flags.slice(part).to_owned(),
+            nsamples: self.nsamples.slice(part).to_owned(),
+        })
     }
+}
+
+/// Some rows of an array, copied by all threads.
+fn copied<T: Copy + Send + Sync>(all: &Array3<T>, rows: &Range<usize>) -> Array3<T> {
+    let part = all.slice(s![rows.clone(), .., ..]);
+    let mut copy = Vec::new();
+    append_shared(&mut copy, part.as_slice().unwrap_or_default());
+    Array3::from_shape_vec(part.raw_dim(), copy).unwrap_or_else(|_| part.to_owned())
+}
+
+/// Append values to a list. All threads copy, because the first touch of new memory takes longer than the copy.
+pub fn append_shared<T: Copy + Send + Sync>(list: &mut Vec<T>, values: &[T]) {
+    list.reserve(values.len());
+    let room = &mut list.spare_capacity_mut()[..values.len()];
+    room.par_chunks_mut(PART).zip(values.par_chunks(PART)).for_each(|(to, from)| {
+        to.iter_mut().zip(from).for_each(|(to, from)| {
+            to.write(*from);
+        });
+    });
+    let n = list.len() + values.len();
+    // SAFETY: the values after the old ones were written above.
+    unsafe { list.set_len(n) };
 }
 
 /// A whole set in memory: the one-block case of a stream.

@@ -16,6 +16,7 @@ use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Images and cleans the data of each round, and predicts from the model. All rounds use the grid of the first round.
 ///
@@ -35,11 +36,11 @@ pub struct CleanMaker {
 
 #[derive(Clone)]
 struct State {
-    products: CleanProducts,
+    products: Arc<CleanProducts>,
     /// Channels of the set in each output channel.
     channels: Vec<Range<usize>>,
     extent: UvwExtent,
-    predictors: std::sync::Arc<Predictors>,
+    predictors: Arc<Predictors>,
     /// How predictions are made.
     grid_options: GridOptions,
 }
@@ -90,7 +91,7 @@ impl CleanMaker {
     /// Images of the present round; after the loop, those of the best round.
     #[must_use]
     pub fn products(&self) -> Option<&CleanProducts> {
-        self.now.as_ref().map(|s| &s.products)
+        self.now.as_ref().map(|s| &*s.products)
     }
 
     /// Use a model that was made elsewhere. Predictions use it, and the products contain it and its residual.
@@ -121,7 +122,7 @@ impl CleanMaker {
             iterations: statistics.iterations,
         };
         self.predicted.clear();
-        self.now = Some(State { products, channels, extent, predictors: std::sync::Arc::new(made), grid_options });
+        self.now = Some(State { products: Arc::new(products), channels, extent, predictors: Arc::new(made), grid_options });
         Ok(metrics)
     }
 
@@ -186,7 +187,7 @@ impl ModelMaker for CleanMaker {
         let place = Place::of(&imager);
         drop(imager);
         if let Some(before) = state {
-            products.components = joined(before.products.components.into_iter().chain(products.components));
+            products.components = joined(before.products.components.iter().cloned().chain(products.components));
         }
         let epsilon =
             if plan.last { self.imaging.epsilon } else { (self.tuning.predicted_epsilon * plan.depth).min(1e-3).max(self.imaging.epsilon) };
@@ -239,7 +240,7 @@ impl ModelVisibilities for CleanMaker {
         rows: &[usize],
     ) -> Result<Array3<Complex<f32>>> {
         // The next image needs the model of all rows.
-        self.with_one((header, first_row, coverage), |one| of_products(one.select(Axis(0), rows).view(), header))
+        self.with_one((header, first_row, coverage), |one| of_products(selected(one, rows).view(), header))
     }
 }
 
@@ -253,7 +254,7 @@ impl Unpolarized for State {
         if extent != self.extent {
             let freq = header.spectrum.freq_hz();
             let made = Predictors::new(&self.products.model, &self.channels, freq, extent, &self.grid_options)?;
-            (self.extent, self.predictors) = (extent, std::sync::Arc::new(made));
+            (self.extent, self.predictors) = (extent, Arc::new(made));
         }
         // Rows whose u, v, w are not finite have no model. They are predicted at the origin and then set to NaN.
         let lost: Vec<usize> =
@@ -293,9 +294,16 @@ fn degridders<T: Real>(
     channels.iter().enumerate().map(one).collect()
 }
 
+/// Some rows of an array, which all threads copy.
+fn selected(all: ArrayView2<'_, Complex<f32>>, rows: &[usize]) -> Array2<Complex<f32>> {
+    let mut some = cleared((rows.len(), all.ncols()));
+    some.axis_iter_mut(Axis(0)).into_par_iter().zip(rows).for_each(|(mut to, row)| to.assign(&all.row(*row)));
+    some
+}
+
 /// Largest value above the constant that was added back.
 fn peak(image: &Image) -> f64 {
-    image.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - image.pedestal_k.unwrap_or(0.0)
+    image.data.par_iter().copied().reduce(|| f64::NEG_INFINITY, f64::max) - image.pedestal_k.unwrap_or(0.0)
 }
 
 /// Flux in each pixel of an output channel, in the unit of the visibilities.

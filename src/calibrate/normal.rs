@@ -153,14 +153,24 @@ impl NormalEquations {
             return Err(ChainError::Incompatible("a block whose arrays are not contiguous".into()));
         };
         let mut rows_of: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+        // Most rows are of the interval of the row before.
+        let mut last: (i64, Vec<usize>) = Default::default();
         for row in 0..block.n_rows() {
             let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
             if a1.max(a2) >= n_ant {
                 return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a1.max(a2))));
             }
             if a1 != a2 {
-                rows_of.entry(self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?).or_default().push(row);
+                let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
+                if key != last.0 && !last.1.is_empty() {
+                    rows_of.entry(last.0).or_default().append(&mut last.1);
+                }
+                last.0 = key;
+                last.1.push(row);
             }
+        }
+        if !last.1.is_empty() {
+            rows_of.entry(last.0).or_default().append(&mut last.1);
         }
         for key in rows_of.keys() {
             if !self.intervals.contains_key(key)

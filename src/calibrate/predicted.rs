@@ -3,7 +3,7 @@
 use super::model::sees_unpolarized;
 use crate::Result;
 use crate::memory::MemoryBudget;
-use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, append_shared};
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -34,7 +34,7 @@ impl Predicted {
             return Some(vis);
         }
         match vis.as_slice() {
-            Some(values) => self.vis.extend_from_slice(values),
+            Some(values) => append_shared(&mut self.vis, values),
             None => self.vis.extend(&vis),
         }
         self.uvw_m.extend(uvw_m.iter());

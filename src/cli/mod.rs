@@ -168,6 +168,12 @@ impl Command {
         matches!(self, Dirty(_) | Clean(_) | Mem(_) | Selfcal(_) | Simulate(_) | Predict(_) | Study(_))
     }
 
+    /// Whether the subcommand makes images from visibilities.
+    fn images(&self) -> bool {
+        use Command::{Beam, Clean, Dirty, Grid, Mem, Selfcal};
+        matches!(self, Grid(_) | Beam(_) | Dirty(_) | Clean(_) | Mem(_) | Selfcal(_))
+    }
+
     /// The subcommand as one whose time and memory are known before.
     fn plan(&self) -> Option<&dyn Plan> {
         Some(match self {
@@ -194,6 +200,9 @@ impl Command {
         })
     }
 }
+
+/// Stack of a thread of the pool, bytes: as much as the main thread has, because commands run on these threads.
+const STACK: usize = 8 << 20;
 
 /// The parser, for completions, manual pages and the book.
 #[must_use]
@@ -233,9 +242,9 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     let (threads, memory) = ranks::share_machine(cli.threads, cli.memory);
     if let Some(threads) = threads {
         ensure!((1..=1024).contains(&threads), Failure::usage(format!("--threads is {threads}, expected 1 to 1024")));
-        // This fails only where a thread pool exists already, as in tests that call this function twice.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
+    // This fails only where a thread pool exists already, as in tests that call this function twice. With 0 the library chooses the number of threads.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).stack_size(STACK).build_global();
     if let Some(memory) = memory {
         memory.set();
     }
@@ -245,7 +254,9 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         Some(plan) => forecast::forecast(plan, &cli.forecast, (&context, plan_words)),
         None => Err(forecast::without()),
     };
-    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) });
+    // A loop that begins outside of the pool wakes one of its threads and waits for it. Imaging has thousands of short loops.
+    let run = || if cli.command.images() { rayon::scope(|_| cli.command.run(&context)) } else { cli.command.run(&context) };
+    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { run() });
     take_notes().iter().for_each(|note| context.console.note(note));
     let outcome = outcome?;
     // No output gets its name before every process has done its part.

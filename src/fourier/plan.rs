@@ -11,7 +11,8 @@ use super::wplanes::{SLAB, WBasis, WTerm};
 use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
-use ndarray::ArrayView2;
+use ndarray::{ArrayView1, ArrayView2, Axis};
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Oversampling factors of the grid that are compared. The last one is used if the number of visibilities is not known.
@@ -33,17 +34,19 @@ pub struct UvwExtent {
     pub w_m: f64,
 }
 
+/// Rows whose places are looked at together.
+const ROWS: usize = 4096;
+
 impl UvwExtent {
     /// The extent of these rows \[row, 3\]. Rows that are not finite are left out.
     #[must_use]
     pub fn of(uvw_m: ArrayView2<'_, f64>) -> Self {
-        let mut extent = Self::default();
-        for row in uvw_m.rows().into_iter().filter(|r| r.iter().all(|x| x.is_finite())) {
-            extent.u_m = extent.u_m.max(row[0].abs());
-            extent.v_m = extent.v_m.max(row[1].abs());
-            extent.w_m = extent.w_m.max(row[2].abs());
-        }
-        extent
+        let of_part = |rows: ArrayView2<'_, f64>| {
+            let finite = rows.rows().into_iter().filter(|r| r.iter().all(|x| x.is_finite()));
+            finite.fold(Self::default(), |e, row| e.union(Self { u_m: row[0].abs(), v_m: row[1].abs(), w_m: row[2].abs() }))
+        };
+        let parts = uvw_m.axis_chunks_iter(Axis(0), ROWS).into_par_iter();
+        parts.map(of_part).reduce(Self::default, Self::union)
     }
 
     /// The extent with a tenth of room on all sides, because the next rows often need a slightly larger one.
@@ -221,12 +224,12 @@ impl<T: Real> Plan<T> {
             .into());
         }
         let limit = [self.extent.u_m, self.extent.v_m, self.extent.w_m];
-        for (r, row) in uvw_m.rows().into_iter().enumerate() {
-            if row.iter().zip(limit).any(|(x, limit)| !(x.abs() <= limit)) {
-                let message = format!("uvw of row {r} is {row}, outside the extent of the transform ({limit:?} m)");
-                return Err(ChainError::Incompatible(message));
-            }
-        }
-        Ok(())
+        let outside = |row: ArrayView1<'_, f64>| row.iter().zip(limit).any(|(x, limit)| !(x.abs() <= limit));
+        let parts = uvw_m.axis_chunks_iter(Axis(0), ROWS).into_par_iter().enumerate();
+        let found = parts.find_map_first(|(k, rows)| rows.rows().into_iter().position(outside).map(|r| k * ROWS + r));
+        found.map_or(Ok(()), |r| {
+            let message = format!("uvw of row {r} is {}, outside the extent of the transform ({limit:?} m)", uvw_m.row(r));
+            Err(ChainError::Incompatible(message))
+        })
     }
 }

@@ -1,25 +1,11 @@
 //! Reads the next block of a source while the current block is processed.
 //!
-//! One thread reads, because a source gives its blocks in turn. All threads grid. Where there is a single thread, no block is read ahead.
-//! A thread of the pool does not read ahead either: it would wait for the reader, and the reader for the pool, which applies gains to what
-//! is read.
+//! One task reads, because a source gives its blocks in turn, and one works; both may share their work with all threads of the pool. No thread waits for another
+//! one in between: it takes part in what is left to do. Where there is a single thread, no block is read ahead.
 
 use crate::Result;
-use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block};
-use std::sync::mpsc::sync_channel;
-
-/// The reason why the reading ends early.
-enum Stop {
-    Source(ArrayError),
-    /// `work` has failed, so no further block is needed.
-    Done,
-}
-
-impl From<ArrayError> for Stop {
-    fn from(e: ArrayError) -> Self {
-        Self::Source(e)
-    }
-}
+use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block, rows_of_block};
+use std::ops::Range;
 
 /// Call `work` for every block of about `target_bytes` of a source, in order, with the index of its first row. With more than one thread, two
 /// blocks are in memory at the same time.
@@ -29,28 +15,29 @@ impl From<ArrayError> for Stop {
 pub(super) fn for_each_block_ahead(
     source: &mut dyn VisibilitySource,
     target_bytes: usize,
-    work: impl FnMut(usize, VisibilityBlock) -> Result<()>,
+    work: impl FnMut(usize, VisibilityBlock) -> Result<()> + Send,
 ) -> Result<()> {
-    if rayon::current_num_threads() == 1 || rayon::current_thread_index().is_some() {
-        return for_each_block(source, target_bytes, work);
-    }
-    ahead(source, target_bytes, work)
+    if rayon::current_num_threads() == 1 { for_each_block(source, target_bytes, work) } else { ahead(source, target_bytes, work) }
 }
 
-fn ahead(source: &mut dyn VisibilitySource, target_bytes: usize, mut work: impl FnMut(usize, VisibilityBlock) -> Result<()>) -> Result<()> {
-    std::thread::scope(|scope| {
-        // The reader waits until its block is taken.
-        let (blocks, taken) = sync_channel(0);
-        let reader =
-            scope.spawn(move || for_each_block(source, target_bytes, |first, block| blocks.send((first, block)).map_err(|_| Stop::Done)));
-        let result = taken.iter().try_for_each(|(first, block)| work(first, block));
-        drop(taken);
-        match reader.join() {
-            Ok(Err(Stop::Source(e))) => result.and(Err(e.into())),
-            Ok(Ok(()) | Err(Stop::Done)) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
-    })
+fn ahead(
+    source: &mut dyn VisibilitySource,
+    target_bytes: usize,
+    mut work: impl FnMut(usize, VisibilityBlock) -> Result<()> + Send,
+) -> Result<()> {
+    let (step, n) = (rows_of_block(source.header(), target_bytes), source.n_rows());
+    let mut read = |rows: Range<usize>| -> Option<std::result::Result<VisibilityBlock, ArrayError>> {
+        (!rows.is_empty()).then(|| source.read_rows(rows))
+    };
+    let mut start = 0;
+    let mut block = read(0..step.min(n)).transpose()?;
+    while let Some(now) = block.take() {
+        let after = (start + step).min(n);
+        let (worked, next) = rayon::join(|| work(start, now), || read(after..(after + step).min(n)));
+        worked?;
+        (start, block) = (after, next.transpose()?);
+    }
+    Ok(())
 }
 
 #[cfg(test)]

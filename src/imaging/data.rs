@@ -14,6 +14,8 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
+use ndarray::Axis;
+use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -75,7 +77,7 @@ impl<'a> Data<'a> {
             if center.is_none() {
                 center = first_center;
             }
-            ensure!(coverage.phase_center.iter().all(|p| Some(*p) == center), several_centers());
+            ensure!(coverage.phase_center.par_iter().all(|p| Some(*p) == center), several_centers());
             refuse_impossible(coverage, first_row)?;
             let (reduced, counts) = match read {
                 Reduce::Block(block) => {
@@ -85,7 +87,8 @@ impl<'a> Data<'a> {
                 Reduce::Parts(source, range) => reduction.reduce_parts((coverage, spectrum.n_chan()), (source, range))?,
             };
             survey.counts = survey.counts.plus(counts);
-            times = coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
+            let finite = coverage.time_jd.par_iter().filter(|t| t.is_finite()).map(|t| (*t, *t));
+            times = finite.reduce(|| times, |a, b| (a.0.min(b.0), a.1.max(b.1)));
             observer.event(Event::Advance(reduced.vis.len() as u64));
             Ok(reduced)
         };
@@ -148,8 +151,8 @@ impl<'a> Data<'a> {
     pub fn for_each(
         &mut self,
         observer: &dyn Observer,
-        prepare: impl Fn(&mut ReducedBlock),
-        mut work: impl FnMut(&mut ReducedBlock) -> Result<()>,
+        prepare: impl Fn(&mut ReducedBlock) + Sync,
+        mut work: impl FnMut(&mut ReducedBlock) -> Result<()> + Send,
     ) -> Result<()> {
         let stop = || if observer.cancelled() { Err(ChainError::Cancelled) } else { Ok(()) };
         if let Some(blocks) = &mut self.cache {
@@ -220,7 +223,8 @@ const LONGEST_M: f64 = 1e12;
 /// Refuse coordinates that no array has. Rows that are not finite are left out later. `first_row` is the place of the block in the set.
 fn refuse_impossible(coverage: &UvCoverage, first_row: usize) -> Result<()> {
     let far = |x: &f64| x.is_finite() && x.abs() > LONGEST_M;
-    let found = coverage.uvw_m.outer_iter().enumerate().find_map(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
+    let rows = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().enumerate();
+    let found = rows.find_map_first(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
     found.map_or(Ok(()), |(row, x)| {
         let text = format!(
             "row {} has a coordinate of {x:.3e} m, which no array reaches: the set is damaged, or its uvw are not in m",

@@ -16,7 +16,7 @@ use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Ranks, SkyGrid, VisibilityHeader, VisibilitySource};
-use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, s};
+use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, Zip, s};
 use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
@@ -70,7 +70,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
     if weights.iter().all(ImageWeights::are_those_of_the_data) {
         return;
     }
-    let mut imaging = block.imaging.take().unwrap_or_else(|| Array2::zeros(block.weight.dim()));
+    let mut imaging = block.imaging.take().unwrap_or_else(|| Zip::from(&block.weight).par_map_collect(|_| 0.0));
     for (range, w) in channels.iter().zip(weights) {
         w.apply(block, (range, freq_hz), &mut imaging);
     }
@@ -271,7 +271,11 @@ impl<'a> Imager<'a> {
     }
 
     /// Call `work` for every block of this process with its imaging weights, in order.
-    pub(crate) fn for_each_weighed(&mut self, observer: &dyn Observer, mut work: impl FnMut(&ReducedBlock) -> Result<()>) -> Result<()> {
+    pub(crate) fn for_each_weighed(
+        &mut self,
+        observer: &dyn Observer,
+        mut work: impl FnMut(&ReducedBlock) -> Result<()> + Send,
+    ) -> Result<()> {
         let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
     }

@@ -48,7 +48,7 @@ impl Imager<'_> {
         &mut self,
         channel: usize,
         observer: &dyn Observer,
-        mut of: impl FnMut([usize; 2], usize, Complex32, [f32; 2]) -> Complex64,
+        mut of: impl FnMut([usize; 2], usize, Complex32, [f32; 2]) -> Complex64 + Send,
     ) -> Result<Pairs> {
         let range = self.channels()[channel].clone();
         let mut sums = Pairs::zeros(range.len(), self.header().layout.n_ant());

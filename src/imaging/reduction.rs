@@ -4,7 +4,7 @@ use super::pol::{DataCounts, PolSelector, RowValues};
 use crate::nearfield::boresight_turn;
 use crate::{ChainError, Result};
 use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBlock};
-use ndarray::{Array2, ArrayView1};
+use ndarray::{Array2, ArrayView1, Axis};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -115,14 +115,11 @@ impl Reduction {
 
     /// Rows as a block.
     fn shaped(&self, coverage: &UvCoverage, chans: usize, (vis, weight): (Vec<Complex32>, Vec<f32>)) -> Result<ReducedBlock> {
-        let mut uvw_m = coverage.uvw_m.clone();
-        for mut row in uvw_m.rows_mut() {
-            if !row.iter().all(|x| x.is_finite()) {
-                row.fill(0.0);
-            }
-        }
-        let shape = (uvw_m.nrows(), chans);
         let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
+        let place = |uvw: ArrayView1<'_, f64>| if uvw.iter().all(|x| x.is_finite()) { [uvw[0], uvw[1], uvw[2]] } else { [0.0; 3] };
+        let places: Vec<[f64; 3]> = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().map(place).collect();
+        let uvw_m = Array2::from_shape_vec((places.len(), 3), places.into_flattened()).map_err(wrong)?;
+        let shape = (uvw_m.nrows(), chans);
         let vis = Array2::from_shape_vec(shape, vis).map_err(wrong)?;
         let weight = Array2::from_shape_vec(shape, weight).map_err(wrong)?;
         let pair = |(a, b): (&u32, &u32)| [*a, *b];

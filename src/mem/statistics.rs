@@ -55,7 +55,7 @@ const BINS_AN_OCTAVE: f64 = 8.0;
 pub(super) fn powers_by_length(
     at: (&mut Imager<'_>, usize),
     factor: f64,
-    known: impl Fn(f64, f64) -> f64,
+    known: impl Fn(f64, f64) -> f64 + Sync,
     observer: &dyn Observer,
 ) -> Result<Vec<PowerBin>> {
     let mut bins = BTreeMap::<i32, PowerBin>::new();
@@ -77,7 +77,7 @@ pub(super) fn powers_by_length(
     Ok(bins.into_values().map(mean).collect())
 }
 
-fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Observer, mut work: impl FnMut(Datum)) -> Result<()> {
+fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Observer, mut work: impl FnMut(Datum) + Send) -> Result<()> {
     let range = imager.channels()[channel].clone();
     let per_m: Vec<f64> = imager.header().spectrum.freq_hz().iter().map(|f| f / SPEED_OF_LIGHT_M_S).collect();
     imager.for_each_weighed(&Quiet(observer), |block| {
