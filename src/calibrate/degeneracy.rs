@@ -190,7 +190,8 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, 
         if high > low { TAU / 4.0 / (high - low) } else { 0.0 }
     });
     let most = 4 * turns;
-    let along_y: Vec<Turns> = (0..=most as usize)
+    let along_y: Vec<Turns> = (0..most as usize + 1)
+        .into_par_iter()
         .step_by(ABREAST)
         .map(|first| {
             let of = |p: &[f64; 2]| {

@@ -2,7 +2,7 @@
 
 use crate::fourier::Convolver;
 use cittert_arrays::{RestoringBeam, SkyGrid};
-use ndarray::{Array2, ArrayView2, Axis, s};
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis, s};
 use rayon::prelude::*;
 
 /// The restoring beam \[m, l\] with its peak of 1 at the centre pixel.
@@ -28,8 +28,8 @@ pub fn with_beam(grid: &SkyGrid, model: ArrayView2<'_, f64>, beam: &RestoringBea
     let reach = (4.0 * beam.bmaj_rad / grid.cell_rad).ceil() as usize + 1;
     let side = |n: usize| 2 * reach.min(n - 1) + 1;
     let patch = gaussian(&SkyGrid { n_l: side(grid.n_l), n_m: side(grid.n_m), ..grid.clone() }, beam);
-    let rows: Vec<Vec<usize>> =
-        model.axis_iter(Axis(0)).map(|row| row.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(c, _)| c).collect()).collect();
+    let bright = |row: ArrayView1<'_, f64>| row.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(c, _)| c).collect();
+    let rows: Vec<Vec<usize>> = model.axis_iter(Axis(0)).into_par_iter().map(bright).collect();
     let count: usize = rows.iter().map(Vec::len).sum();
     if count.saturating_mul(patch.len()) <= CONVOLUTION * model.len() {
         return sum_of_patches(model, &rows, &patch);

@@ -151,7 +151,9 @@ impl ImageWeights {
             }
             sum
         };
-        let sums: Vec<f64> = cells.par_chunks_mut(BAND * self.width).enumerate().map(task).collect();
+        // Most visibilities lie in the first rows of cells, so each band is handed out by itself.
+        let bands = cells.par_chunks_mut(BAND * self.width).enumerate().with_max_len(1);
+        let sums: Vec<f64> = bands.map(task).collect();
         self.sum_of_weights += sums.iter().sum::<f64>();
         self.cells = cells;
     }
@@ -195,7 +197,7 @@ impl ImageWeights {
         let (width, rows) = (self.width, self.cells.len() / self.width);
         let old = &self.cells;
         let mut new = vec![0.0; old.len()];
-        new.par_chunks_mut(BAND * width).enumerate().for_each(|(band, out)| {
+        new.par_chunks_mut(BAND * width).enumerate().with_max_len(1).for_each(|(band, out)| {
             let (y0, lines) = (band * BAND, out.len() / width);
             if y0 >= self.reach.1 {
                 return;
