@@ -249,19 +249,24 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         memory.set();
     }
     let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS, ahead: Ahead::default() };
-    let outputs = Together::begin();
     let forecast = || match cli.command.plan() {
         Some(plan) => forecast::forecast(plan, &cli.forecast, (&context, plan_words)),
         None => Err(forecast::without()),
     };
+    // Outputs and notes belong to the thread that the command runs on.
+    let whole = || -> Result<Outcome> {
+        let outputs = Together::begin();
+        let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) });
+        take_notes().iter().for_each(|note| context.console.note(note));
+        let outcome = outcome?;
+        // No output gets its name before every process has done its part.
+        ranks::all().meet();
+        outputs.commit()?;
+        Ok(outcome)
+    };
     // A loop that begins outside of the pool wakes one of its threads and waits for it. Imaging has thousands of short loops.
-    let run = || if cli.command.images() { rayon::scope(|_| cli.command.run(&context)) } else { cli.command.run(&context) };
-    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { run() });
-    take_notes().iter().for_each(|note| context.console.note(note));
-    let outcome = outcome?;
-    // No output gets its name before every process has done its part.
-    ranks::all().meet();
-    outputs.commit()?;
+    let in_pool = cli.command.images() && !cli.forecast.is_wanted();
+    let outcome = if in_pool { rayon::scope(|_| whole()) } else { whole() }?;
     context.console.close_log()?;
     print(if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() })?;
     match outcome.failed {
