@@ -264,3 +264,42 @@ pub(crate) fn check_block(header: &VisibilityHeader, data: &VisibilityBlock) -> 
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    #[test]
+    fn rows_that_all_threads_copy_are_those_of_the_block() {
+        let n = LARGE / 4;
+        let (uvw, numbers) = (Array2::from_shape_fn((n, 3), |(r, k)| (3 * r + k) as f64), (0..n).map(|r| r as f64));
+        let coverage = UvCoverage::new(uvw, vec![0; n], vec![1; n], numbers.collect(), vec![1.0; n], vec![0; n]).unwrap();
+        let block = VisibilityBlock {
+            coverage,
+            vis: Array3::from_shape_fn((n, 4, 2), |(r, c, p)| Complex::new(r as f32, (2 * c + p) as f32)),
+            weights: Array3::from_shape_fn((n, 4, 2), |(r, c, p)| (r * 8 + c * 2 + p) as f32),
+            flags: Array3::from_shape_fn((n, 4, 2), |(r, c, p)| (r + c + p).is_multiple_of(3)),
+            nsamples: Array3::from_shape_fn((n, 4, 2), |(r, c, p)| (r % 7 + c + p) as f32),
+        };
+        // All threads copy the first run, and one thread the second.
+        for range in [37..n - 5, 100..103] {
+            let (rows, part) = (block.rows(range.clone()).unwrap(), s![range.clone(), .., ..]);
+            assert_eq!(rows.coverage, block.coverage.rows(range).unwrap());
+            assert_eq!(rows.vis, block.vis.slice(part));
+            assert_eq!(rows.weights, block.weights.slice(part));
+            assert_eq!(rows.flags, block.flags.slice(part));
+            assert_eq!(rows.nsamples, block.nsamples.slice(part));
+        }
+        assert!(block.rows(0..n + 1).is_err() && block.rows(n..n).unwrap().n_rows() == 0);
+    }
+
+    #[test]
+    fn appended_values_follow_those_of_before() {
+        let values: Vec<u32> = (2..3 * PART as u32 + 7).collect();
+        let mut list = vec![0, 1];
+        append_shared(&mut list, &values);
+        append_shared(&mut list, &[]);
+        assert!(list.len() == values.len() + 2 && list.iter().enumerate().all(|(k, v)| *v == k as u32));
+    }
+}

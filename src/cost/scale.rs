@@ -1,6 +1,6 @@
 //! Three short tests that say how fast a machine is: gridding, a Fourier transform, and moving memory.
 //!
-//! Each takes some thousandths of a second and is run many times. The middle one counts: a command will be slowed down by other programs as these are.
+//! Each takes some thousandths of a second and is run many times. The median counts, because other programs slow a command down as they slow these runs down.
 
 use super::term::Kind;
 use crate::Result;

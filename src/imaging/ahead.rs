@@ -1,7 +1,7 @@
 //! Reads the next block of a source while the current block is processed.
 //!
-//! One task reads, because a source gives its blocks in turn, and one works; both may share their work with all threads of the pool. No thread waits for another
-//! one in between: it takes part in what is left to do. Where there is a single thread, no block is read ahead.
+//! A source gives its blocks in turn, so one task reads the next block while another works on this one. Both may share their work with all threads of the pool. A
+//! task that has ended first helps with the other, so no thread waits idly. Where there is a single thread, no block is read ahead.
 
 use crate::Result;
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block, rows_of_block};
