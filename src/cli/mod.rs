@@ -62,7 +62,7 @@ pub use ranks::{end, fail};
 
 use crate::ensure;
 use ahead::Ahead;
-use cittert_formats::atomic::{Together, take_notes};
+use cittert_formats::atomic::{Together, on_the_pool, take_notes};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use console::{Console, Loudness};
 use context::{Context, Outcome, Subcommands, shell_word, subcommands};
@@ -174,6 +174,12 @@ impl Command {
         matches!(self, Grid(_) | Beam(_) | Dirty(_) | Clean(_) | Mem(_) | Selfcal(_))
     }
 
+    /// Run the subcommand on the threads that suit it. A loop that begins outside of the pool wakes one of its threads and waits for it, and imaging has
+    /// thousands of short loops.
+    fn perform(&self, context: &Context) -> Result<Outcome> {
+        if self.images() { on_the_pool(|| self.run(context)) } else { self.run(context) }
+    }
+
     /// The subcommand as one whose time and memory are known before.
     fn plan(&self) -> Option<&dyn Plan> {
         Some(match self {
@@ -253,20 +259,13 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         Some(plan) => forecast::forecast(plan, &cli.forecast, (&context, plan_words)),
         None => Err(forecast::without()),
     };
-    // Outputs and notes belong to the thread that the command runs on.
-    let whole = || -> Result<Outcome> {
-        let outputs = Together::begin();
-        let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) });
-        take_notes().iter().for_each(|note| context.console.note(note));
-        let outcome = outcome?;
-        // No output gets its name before every process has done its part.
-        ranks::all().meet();
-        outputs.commit()?;
-        Ok(outcome)
-    };
-    // A loop that begins outside of the pool wakes one of its threads and waits for it. Imaging has thousands of short loops.
-    let in_pool = cli.command.images() && !cli.forecast.is_wanted();
-    let outcome = if in_pool { rayon::scope(|_| whole()) } else { whole() }?;
+    let outputs = Together::begin();
+    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.perform(&context) });
+    take_notes().iter().for_each(|note| context.console.note(note));
+    let outcome = outcome?;
+    // No output gets its name before every process has done its part.
+    ranks::all().meet();
+    outputs.commit()?;
     context.console.close_log()?;
     print(if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() })?;
     match outcome.failed {
@@ -298,7 +297,7 @@ fn refuse_other_encodings(words: &[OsString]) -> Result<()> {
 
 /// The subcommands, as `run` gets them.
 const SUBCOMMANDS: Subcommands =
-    Subcommands { check: |words| parse(words).map(drop), run: |words, context| parse(words)?.command.run(context) };
+    Subcommands { check: |words| parse(words).map(drop), run: |words, context| parse(words)?.command.perform(context) };
 
 /// The commands of a configuration of `run`. `path` is the file from which its text was read.
 ///

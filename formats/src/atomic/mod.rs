@@ -18,7 +18,7 @@ pub use file::{AtomicFile, Drafts, try_output, write_file, write_file_now};
 pub use folder::{AtomicDir, Replaces};
 pub use list::{FileList, LIST};
 pub use partial::{remove_unfinished, take_notes};
-pub use together::{Together, hold, is_private, keep_private, remove_at_the_end};
+pub use together::{Together, beside, hold, is_private, keep_private, on_the_pool, remove_at_the_end};
 
 #[cfg(test)]
 mod tests {
@@ -102,6 +102,59 @@ mod tests {
         write_file(&link, true, b"new").unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&real).unwrap(), b"new");
+    }
+
+    /// Whichever thread does the second work, and also where both write.
+    #[test]
+    fn what_is_written_beside_other_work_belongs_to_the_same_command() {
+        let dir = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        pool.scope(|_| {
+            for (k, waits) in [false, true].into_iter().enumerate() {
+                let paths = ["a", "b"].map(|name| dir.path().join(format!("{name}{k}")));
+                let all = Together::begin();
+                let begun = std::sync::Barrier::new(2);
+                let write = |k: usize| {
+                    // Where each waits for the other, they are on two threads.
+                    waits.then(|| begun.wait());
+                    write_file(&paths[k], false, b"1").map(|()| rayon::current_thread_index())
+                };
+                let (here, there) = beside(|| write(0), || write(1));
+                assert!(!waits || here.unwrap() != there.unwrap());
+                assert!(paths.iter().all(|p| !p.exists()));
+                all.commit().unwrap();
+                assert!(paths.iter().all(|p| p.exists()));
+            }
+            let (kept, lost) = (dir.path().join("kept"), dir.path().join("lost"));
+            let all = Together::begin();
+            beside(|| write_file(&kept, false, b"1"), || write_file(&lost, false, b"2")).1.unwrap();
+            drop(all);
+            assert!(!kept.exists() && !lost.exists());
+        });
+        assert_eq!(names(dir.path()), ["a0", "a1", "b0", "b1"]);
+    }
+
+    /// Outputs, locks and the wish for privacy from before, meanwhile and after belong together.
+    #[test]
+    fn the_outputs_of_work_on_the_pool_are_those_of_the_thread_that_waits() {
+        let dir = tempfile::tempdir().unwrap();
+        let [old, a, b, c] = ["old", "a", "b", "c"].map(|name| dir.path().join(name));
+        fs::write(&old, b"0").unwrap();
+        let all = Together::begin();
+        hold(&old).unwrap();
+        write_file(&a, false, b"1").unwrap();
+        let inside = on_the_pool(|| {
+            // The lock is held already.
+            hold(&old).unwrap();
+            keep_private();
+            write_file(&b, false, b"2").unwrap();
+            rayon::current_thread_index()
+        });
+        assert!(inside.is_some() && rayon::current_thread_index().is_none() && is_private());
+        write_file(&c, false, b"3").unwrap();
+        assert_eq!(names(dir.path()).iter().filter(|n| !n.starts_with('.')).count(), 1);
+        all.commit().unwrap();
+        assert_eq!(names(dir.path()), ["a", "b", "c", "old"]);
     }
 
     #[test]

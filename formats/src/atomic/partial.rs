@@ -38,6 +38,11 @@ pub fn take_notes() -> Vec<String> {
     NOTES.take()
 }
 
+/// Put these notes in the place of those of this thread, which are returned.
+pub(super) fn replace_notes(notes: Vec<String>) -> Vec<String> {
+    NOTES.replace(notes)
+}
+
 /// Hold back the removal of unfinished outputs by a signal, as long as the guard lives.
 pub(super) fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)

@@ -4,7 +4,7 @@
 //! know nothing of this: the outputs that a thread finishes while its `Together` is open belong to it.
 
 use super::edit::EditLock;
-use super::partial::{is_inside_of_one, unfinished};
+use super::partial::{is_inside_of_one, replace_notes, take_notes, unfinished};
 use super::publish::{Finished, sync_folder};
 use crate::{FormatError, Result};
 use std::cell::RefCell;
@@ -65,6 +65,69 @@ impl Drop for Together {
     fn drop(&mut self) {
         // The hidden folders remove themselves. They are dropped after the borrow has ended.
         drop(OPEN.with_borrow_mut(Option::take));
+    }
+}
+
+/// Do two pieces of work of one command at the same time. What the second writes, perhaps on another thread, belongs to the open [`Together`] of this
+/// thread, as if it had come after the first.
+pub fn beside<A: Send, B: Send>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
+    let open = OPEN.with_borrow(|open| open.as_ref().map(|o| Open { private: o.private, ..Open::default() }));
+    let aside = || {
+        let aside = Aside::begin(open, Vec::new());
+        let result = second();
+        (result, aside.end())
+    };
+    let (first, (second, (theirs, notes))) = rayon::join(first, aside);
+    OPEN.with_borrow_mut(|open| {
+        if let (Some(open), Some(theirs)) = (open, theirs) {
+            open.finished.extend(theirs.finished);
+            open.removals.extend(theirs.removals);
+            open.private |= theirs.private;
+            open.locks.extend(theirs.locks);
+        }
+    });
+    let mut all = take_notes();
+    all.extend(notes);
+    replace_notes(all);
+    (first, second)
+}
+
+/// Do the work of a command on a thread of the pool, while this one waits. Its outputs and notes are those of this thread.
+pub fn on_the_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    let (open, notes) = (OPEN.take(), take_notes());
+    let (result, (open, notes)) = rayon::scope(|_| {
+        let aside = Aside::begin(open, notes);
+        let result = work();
+        (result, aside.end())
+    });
+    OPEN.set(open);
+    replace_notes(notes);
+    result
+}
+
+/// What a thread had open, while it works for the command of another.
+struct Aside {
+    own: Option<(Option<Open>, Vec<String>)>,
+}
+
+impl Aside {
+    /// Begin with these outputs and notes of the other thread.
+    fn begin(open: Option<Open>, notes: Vec<String>) -> Self {
+        Self { own: Some((OPEN.replace(open), replace_notes(notes))) }
+    }
+
+    /// What the other thread has now.
+    fn end(mut self) -> (Option<Open>, Vec<String>) {
+        self.own.take().map_or_else(Default::default, |(open, notes)| (OPEN.replace(open), replace_notes(notes)))
+    }
+}
+
+impl Drop for Aside {
+    /// After a panic the thread has again what it had before.
+    fn drop(&mut self) {
+        if let Some((open, notes)) = self.own.take() {
+            drop((OPEN.replace(open), replace_notes(notes)));
+        }
     }
 }
 
