@@ -2,18 +2,15 @@
 
 use super::ImagingOptions;
 use super::data::Data;
-use super::near::{Near, warn_invalid};
-use super::pol::PolSelector;
+use super::near::Near;
+use super::opened::Opened;
 use super::reduction::ReducedBlock;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
-use super::size::choose_grid;
 use super::split::Split;
 use super::survey::Survey;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
-use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
-use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Ranks, SkyGrid, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, Zip, s};
@@ -77,34 +74,14 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
     block.imaging = Some(imaging);
 }
 
-/// The channels of each output channel.
-pub(super) fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
-    need("channels_out", parts, (1..=n_chan).contains(&parts), format!("1 to the {n_chan} channels of the set"))?;
-    Ok((0..parts).map(|k| n_chan * k / parts..n_chan * (k + 1) / parts).collect())
-}
-
 impl<'a> Imager<'a> {
     /// Read the source once, choose the grid, and make the weights.
     ///
     /// # Errors
     /// An option is out of range, the set does not contain the polarisation product, no visibility can be used, or the source fails.
     pub fn new(source: &'a mut dyn VisibilitySource, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
-        options.check()?;
-        let spectrum = source.header().spectrum.clone();
-        let channels = share(spectrum.n_chan(), options.channels_out)?;
-        let selector = PolSelector::of(options.pol, source.header())?;
-        let surface = options.surface_of(&source.header().near_field)?;
-        let ranks = source.ranks();
-        let alone = "one process: exact images of scenes near the array are not shared out";
-        need("number of processes", ranks.size(), surface.is_none() || ranks.size() == 1, alone)?;
-        let mut data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), observer)?;
-        let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
-        let near = match surface {
-            Some(surface) => Some(Near::new(data.header(), (surface, options.no_w), &grid, observer)?),
-            None => warn_invalid(data.header(), &grid, observer).map(|()| None)?,
-        };
-        check_images((grid.n_l, grid.n_m), ImageWork::Transform)?;
-        let freq_hz = spectrum.freq_hz().to_vec();
+        let Opened { mut data, grid, channels, near } = Opened::new(source, &options, observer)?;
+        let (ranks, freq_hz) = (data.ranks(), data.header().spectrum.freq_hz().to_vec());
         let all = 0..freq_hz.len();
         let own = !options.joint_weights;
         let density_of = |range: &Range<usize>| if own { range.clone() } else { all.clone() };
@@ -156,6 +133,14 @@ impl<'a> Imager<'a> {
         // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
         let weights = if data.is_cached() { Vec::new() } else { weights };
         Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None, split: Split::Pending, near })
+    }
+
+    /// The grid that an imager with these options would choose, with the notes that it would give. This reads the source once, and makes no weights.
+    ///
+    /// # Errors
+    /// As [`Imager::new`].
+    pub fn grid_of(source: &'a mut dyn VisibilitySource, options: &ImagingOptions, observer: &dyn Observer) -> Result<SkyGrid> {
+        Opened::new(source, options, observer).map(|opened| opened.grid)
     }
 
     /// The grid of the image.

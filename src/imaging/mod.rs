@@ -24,6 +24,7 @@ mod near;
 mod near_passes;
 #[cfg(test)]
 mod near_tests;
+mod opened;
 mod options;
 mod outlook;
 mod output;

@@ -6,7 +6,8 @@
 
 use super::banded::SMALL_PLANES;
 use super::data::REDUCED_BYTES;
-use super::imager::{LONG, share};
+use super::imager::LONG;
+use super::opened::share;
 use super::options::ImagingOptions;
 use super::psf::CORE_SIDES;
 use super::size::choose_grid;

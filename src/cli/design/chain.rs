@@ -121,7 +121,7 @@ pub(super) fn calibrated(state: &State, set: &mut VisibilitySet, observer: &dyn 
     let of = &section.options;
     of.rounds.check().map_err(Failure::call)?;
     of.solve.check(set.header.layout.n_ant()).map_err(Failure::call)?;
-    let grid = Imager::new(set, state.image.options.clone(), observer)?.grid().clone();
+    let grid = Imager::grid_of(set, &state.image.options, observer)?;
     let clean = of.clean.clone().with_region(None, &grid)?;
     let ways = candidates(&CandidateOptions::new(
         state.image.options.on_grid(&grid),
