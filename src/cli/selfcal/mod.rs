@@ -27,8 +27,10 @@ use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
 use crate::verdict::{ImageFacts, not_determined, of_gains};
-use cittert_arrays::{GainTable, Part, PartsSink, SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySink, VisibilitySource};
-use cittert_formats::atomic::{Drafts, remove_at_the_end};
+use cittert_arrays::{
+    GainTable, Part, PartsSink, SkyGrid, SpectralWindow, VisibilityHeader, VisibilitySet, VisibilitySink, VisibilitySource,
+};
+use cittert_formats::atomic::{Drafts, beside, remove_at_the_end};
 use clap::Args;
 use images::{RoundImages, round_file};
 use maker::{Keep, KeepingMaker, Seconds};
@@ -134,7 +136,8 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     images.choose(result.best, result.rounds.rounds.len())?;
     let between = between_feeds(args, source.as_mut(), &mut result, &grid, context).context(&what)?;
     let writing = Instant::now();
-    let counts = save_data(args, source.as_mut(), &mut result, context).context(&what)?;
+    result.rounds.rounds.iter_mut().for_each(|round| round.gains.history.push(context.history()));
+    result.gains.history.push(context.history());
     let rounds_from = usize::from(result.rounds.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.rounds.len()).any(|k| is_of_round(args, p, k))) {
         // Files of an earlier run with more rounds do not belong to this run.
@@ -151,7 +154,15 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     args.out.write(&args.out.suffixed("-rounds.jsonl"), (lines.join("\n") + "\n").as_bytes())?;
     let components = super::clean::components(&products.components, header.unit);
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
-    let judged = judged(args, (source.as_mut(), &result), &products, context).context(&what)?;
+    let spectrum = header.spectrum.clone();
+    let data = || -> Result<_> {
+        let counts = save_data(args, source.as_mut(), &result.gains, context)?;
+        Ok((counts, judged(args, (source.as_mut(), &result), &products, context)?))
+    };
+    // One thread writes the files of gains while the others work on the data.
+    let (of_data, saved) = beside(data, || save_gains(args, &result, &spectrum));
+    saved.context(&what)?;
+    let (counts, judged) = of_data.context(&what)?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
     json["n_flagged_for_want_of_a_gain"] = counts.flagged.into();
     if let Some(together) = together {
@@ -344,32 +355,30 @@ fn check_solve(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<()> 
 fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<(ImagingOptions, SkyGrid)> {
     let options = args.imaging.clone();
     // The imager notes which data it cannot use, and the size and cell if it chooses them. The rounds do not repeat these notes.
-    let grid = Imager::new(source, options.clone(), &context.console)?.grid().clone();
+    let grid = Imager::grid_of(source, &options, &context.console)?;
     Ok((options.on_grid(&grid), grid))
 }
 
-/// Write the gains of every round and of the best, and the calibrated set.
+/// Write the gains of every round and of the best.
+fn save_gains(args: &SelfcalArgs, result: &Calibrated, spectrum: &SpectralWindow) -> Result<()> {
+    if ranks::is_silent() {
+        return Ok(());
+    }
+    let of_rounds = result.rounds.rounds.iter().enumerate().map(|(k, round)| (round_file(k + 1, ".calh5"), &round.gains));
+    for (suffix, gains) in of_rounds.chain([(".calh5".into(), &result.gains)]) {
+        let (channels, from) = spread_channels(gains, spectrum);
+        cittert_formats::calh5::write_gains_on(&args.out.suffixed(&suffix), gains, (&channels, &from), args.out.overwrite)?;
+    }
+    Ok(())
+}
+
+/// Write the calibrated set.
 fn save_data(
     args: &SelfcalArgs,
     source: &mut dyn VisibilitySource,
-    result: &mut Calibrated,
+    gains: &GainTable,
     context: &Context,
 ) -> Result<crate::calibrate::ApplyCounts> {
-    let spectrum = source.header().spectrum.clone();
-    let write = |path: &Path, gains: &GainTable| {
-        if ranks::is_silent() {
-            return Ok(());
-        }
-        let (channels, from) = spread_channels(gains, &spectrum);
-        cittert_formats::calh5::write_gains_on(path, gains, (&channels, &from), args.out.overwrite)
-    };
-    for (k, round) in result.rounds.rounds.iter_mut().enumerate() {
-        round.gains.history.push(context.history());
-        write(&args.out.suffixed(&round_file(k + 1, ".calh5")), &round.gains)?;
-    }
-    result.gains.history.push(context.history());
-    let gains = &result.gains;
-    write(&args.out.suffixed(".calh5"), gains)?;
     let path = args.out.suffixed(".uvh5");
     let mut header = source.header().clone();
     header.history.push(context.history());
