@@ -203,19 +203,21 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, 
         })
         .collect();
     // The largest sum of the slopes with this index along x, and its index along y.
-    let of_x = |i: i32| -> (f64, i32) {
+    let of_x = |(turned, sums): &mut (Vec<Complex64>, Vec<f64>), i: i32| -> (f64, i32) {
         let slope = f64::from(i) * step[0];
-        let turned: Vec<Complex64> = residual.iter().zip(place_m).map(|(z, p)| z * Complex64::from_polar(1.0, -slope * p[0])).collect();
-        let mut sums = vec![-1.0; 2 * most as usize + 1];
+        turned.clear();
+        turned.extend(residual.iter().zip(place_m).map(|(z, p)| z * Complex64::from_polar(1.0, -slope * p[0])));
+        sums.clear();
+        sums.resize(2 * most as usize + 1, -1.0);
         for (block, turns) in along_y.iter().enumerate() {
-            let Some(both) = coherent(&turned, turns, least) else { continue };
+            let Some(both) = coherent(turned, turns, least) else { continue };
             for (j, [up, down]) in (block * ABREAST..=most as usize).zip(both) {
                 (sums[most as usize + j], sums[most as usize - j]) = (up, down);
             }
         }
-        (-most..).zip(sums).fold((-1.0, 0), |best, (j, sum)| if sum > best.0 * (1.0 + 1e-12) { (sum, j) } else { best })
+        (-most..).zip(sums).fold((-1.0, 0), |best, (j, sum)| if *sum > best.0 * (1.0 + 1e-12) { (*sum, j) } else { best })
     };
-    let best: Vec<(f64, i32)> = (-most..=most).into_par_iter().map(of_x).collect();
+    let best: Vec<(f64, i32)> = (-most..=most).into_par_iter().map_init(Default::default, of_x).collect();
     let mut slope = None;
     let mut largest = -1.0;
     for (i, (sum, j)) in (-most..).zip(best) {

@@ -159,7 +159,7 @@ pub(super) fn degrid_units<T: Real>(
     let inside = rows.colours.iter().flatten().filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
     let pieces: Vec<&[Segment]> = inside.flat_map(|u| &u.pieces).map(Vec::as_slice).collect();
     pieces.par_iter().with_max_len(1).try_for_each_init(
-        || vec![T::default(); tile_len(plan)],
+        || plan.pool.tile(tile_len(plan)),
         |tile, piece| run_task(plan, (&rows.chunks, &[]), piece, (tile, &mut Load { plan, planes, group: &group, targets: &targets })),
     )
 }

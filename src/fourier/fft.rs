@@ -253,15 +253,15 @@ pub(super) fn columns_to_image<'r, T: Real>(
     (first, mut image): (usize, ArrayViewMut2<'_, T>),
 ) {
     let (first_plane, planes) = (planes.start, planes.len());
-    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+    let buffers = || (vec![T::default(); plan.grid.n_m * BLOCK], Work::new(plan, 0));
+    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(buffers, |(sum, work), (b, mut block)| {
         let columns = Columns::new(plan, first + b * BLOCK);
-        let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
-        let mut work = Work::new(plan, 0);
+        sum.fill(T::default());
         for p in 0..planes {
             let own = columns.first..columns.first + columns.width;
             work.gather(&columns, |r| row(r, p, own.clone()), first_plane + p);
             work.transform(plan, 0);
-            work.accumulate(&columns, first_plane + p, &mut sum);
+            work.accumulate(&columns, first_plane + p, sum);
         }
         if planes == plan.planes() {
             sum.iter_mut().zip(columns.factors()).for_each(|(v, f)| *v = T::of(v.to64() * f));
@@ -319,11 +319,12 @@ pub(super) fn image_to_columns<T: Real, P: Real>(
     blocks: Range<usize>,
 ) -> Vec<Vec<Complex<T>>> {
     let (first_plane, planes, n_rows) = (group.start, group.len(), plan.n_rows);
+    let buffers = || (vec![T::default(); plan.grid.n_m * BLOCK], Work::new(plan, 1));
     blocks
         .into_par_iter()
-        .map(|b| {
+        .map_init(buffers, |(pixels, work), b| {
             let columns = Columns::new(plan, b * BLOCK);
-            let mut pixels = vec![T::default(); plan.grid.n_m * BLOCK];
+            pixels.fill(T::default());
             let factor = raw.then(|| columns.factors());
             for i in 0..plan.grid.n_m {
                 for c in 0..columns.width {
@@ -331,10 +332,9 @@ pub(super) fn image_to_columns<T: Real, P: Real>(
                     pixels[i * BLOCK + c] = T::of(factor.as_ref().map_or(v, |f| v * f[i * BLOCK + c]));
                 }
             }
-            let mut work = Work::new(plan, 1);
             let mut out = plan.pool.take(planes * n_rows * BLOCK);
             for (p, out) in out.chunks_exact_mut(n_rows * BLOCK).enumerate() {
-                work.spread(&columns, first_plane + p, &pixels);
+                work.spread(&columns, first_plane + p, pixels);
                 work.transform(plan, 1);
                 work.collect(&columns, first_plane + p, out);
             }

@@ -187,16 +187,16 @@ pub(super) fn grid_units<T: Real>(
     band: Range<usize>,
 ) -> Result<()> {
     let input = (rows.chunks.as_slice(), nodes);
-    let tile = || vec![T::default(); tile_len(plan)];
+    let tile = || plan.pool.tile(tile_len(plan));
     for colour in &rows.colours {
         let inside = colour.par_iter().with_max_len(1).filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
-        inside.try_for_each_init(tile, |tile, unit| {
+        inside.try_for_each_init(tile, |own, unit| {
             let mut flush = Flush { plan, planes, group: &group };
             if let [piece] = unit.pieces.as_slice() {
-                return run_task(plan, input, piece, (tile, &mut flush));
+                return run_task(plan, input, piece, (own, &mut flush));
             }
             let sum = |piece: &Vec<Segment>| {
-                let mut own = vec![T::default(); tile_len(plan)];
+                let mut own = tile();
                 let mut hold = Hold { planes: 0 };
                 run_task(plan, input, piece, (&mut own, &mut hold)).map(|()| (own, hold.planes))
             };

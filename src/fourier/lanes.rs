@@ -186,6 +186,7 @@ fn ask_for<V>(values: &[V], at: usize) {
 }
 
 /// Visibilities of a batch that follow each other in the nodes of a chunk.
+#[derive(Default, Clone, Copy)]
 struct Part {
     chunk: usize,
     first: usize,
@@ -193,13 +194,19 @@ struct Part {
     conjugate: bool,
 }
 
+/// The parts of a batch: each has at least one of its visibilities.
+struct Parts {
+    all: [Part; BATCH],
+    n: usize,
+}
+
 /// Hand the predicted visibilities of a batch over.
 #[inline(always)]
-fn store<T: Real, W: Work<T>, const D: usize>(batch: &mut Batch<T, D>, parts: &mut Vec<Part>, work: &mut W) -> Result<()> {
+fn store<T: Real, W: Work<T>, const D: usize>(batch: &mut Batch<T, D>, parts: &mut Parts, work: &mut W) -> Result<()> {
     let mut values = [Complex::new(T::default(), T::default()); BATCH];
     batch.sums(&mut values);
     let mut rest = &mut values[..];
-    for part in parts.drain(..) {
+    for part in &parts.all[..std::mem::take(&mut parts.n)] {
         let (own, after) = rest.split_at_mut(part.n);
         if part.conjugate {
             own.iter_mut().for_each(|v| *v = v.conj());
@@ -218,7 +225,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
     task: &[Segment],
     (tile, work): (&mut [T], &mut W),
 ) -> Result<()> {
-    let (mut batch, mut parts) = (Batch::<T, D>::new(), Vec::with_capacity(BATCH));
+    let (mut batch, mut parts) = (Batch::<T, D>::new(), Parts { all: [Part::default(); BATCH], n: 0 });
     for same in task.chunk_by(|a, b| a.key == b.key) {
         let place = TilePlace::of(plan, same[0].key);
         let frame = Frame::of(plan, place, L);
@@ -251,7 +258,8 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
                         continue;
                     }
                     let n = batch.take_places(row, &freq[done..]);
-                    parts.push(Part { chunk: segment.chunk, first: row.offset + lo + done, n, conjugate: row.conjugate });
+                    parts.all[parts.n] = Part { chunk: segment.chunk, first: row.offset + lo + done, n, conjugate: row.conjugate };
+                    parts.n += 1;
                     done += n;
                     if batch.n == BATCH {
                         predict::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);

@@ -5,6 +5,7 @@ use super::plane_rows::PlaneRows;
 use super::real::Real;
 use crate::memory::MemoryBudget;
 use num_complex::Complex;
+use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
 /// Buffers that earlier passes have given back.
@@ -12,6 +13,8 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct Pool<T: Real> {
     nodes: Mutex<Vec<Vec<Complex<T>>>>,
     planes: Mutex<Vec<PlaneRows<T>>>,
+    /// Buffers of tiles, at most one for each thread that works at the same time.
+    tiles: Mutex<Vec<Vec<T>>>,
     memory: MemoryBudget,
     /// Bytes of a set of planes that may be kept.
     kept_planes: usize,
@@ -20,7 +23,13 @@ pub(crate) struct Pool<T: Real> {
 impl<T: Real> Pool<T> {
     /// Buffers of the transform of an image with this number of pixels.
     pub(crate) fn new(memory: MemoryBudget, pixels: usize) -> Self {
-        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()), memory, kept_planes: memory.kept_planes_of(pixels) }
+        Self {
+            nodes: Mutex::new(Vec::new()),
+            planes: Mutex::new(Vec::new()),
+            tiles: Mutex::new(Vec::new()),
+            memory,
+            kept_planes: memory.kept_planes_of(pixels),
+        }
     }
 
     /// A buffer of this length with any content: the smallest kept buffer that is long enough and at most twice as long, or a new one.
@@ -46,6 +55,16 @@ impl<T: Real> Pool<T> {
                 kept.push(buffer);
             }
         }
+    }
+
+    /// The buffer of a tile: so many numbers, all 0. It comes back when it is dropped. A transform has thousands of pieces of tiles, and the heap has one lock
+    /// for all threads.
+    pub(crate) fn tile(&self, len: usize) -> TileBuffer<'_, T> {
+        let kept = self.tiles.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut numbers = kept.unwrap_or_default();
+        numbers.clear();
+        numbers.resize(len, T::default());
+        TileBuffer { numbers, pool: self }
     }
 
     /// Planes of this size with any content.
@@ -78,9 +97,47 @@ impl<T: Real> Pool<T> {
     }
 }
 
+/// The numbers of a tile, lent by a pool.
+pub(crate) struct TileBuffer<'a, T: Real> {
+    numbers: Vec<T>,
+    pool: &'a Pool<T>,
+}
+
+impl<T: Real> Deref for TileBuffer<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.numbers
+    }
+}
+
+impl<T: Real> DerefMut for TileBuffer<'_, T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.numbers
+    }
+}
+
+impl<T: Real> Drop for TileBuffer<'_, T> {
+    fn drop(&mut self) {
+        self.pool.tiles.lock().unwrap_or_else(PoisonError::into_inner).push(std::mem::take(&mut self.numbers));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_buffer_of_a_tile_is_0_again_and_there_are_as_many_as_at_once() {
+        let pool = Pool::<f32>::new(MemoryBudget::default(), 1);
+        for _ in 0..3 {
+            let (mut one, mut two) = (pool.tile(8), pool.tile(8));
+            assert!(one.iter().chain(two.iter()).all(|x| *x == 0.0));
+            one.fill(1.0);
+            two.fill(2.0);
+        }
+        assert_eq!(pool.tiles.lock().unwrap().len(), 2);
+    }
 
     #[test]
     fn a_buffer_that_is_far_too_large_stays_where_it_is() {
