@@ -41,10 +41,15 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     let (mut range, mut below, mut inside) = ((f64::NEG_INFINITY, f64::INFINITY), 0, n);
     let rank = n / 2;
     while inside > FEW && range.0 < range.1 {
-        let sample = sample(values, f, range, inside);
-        let near = around(&sample, (rank - below) as f64 / inside as f64);
+        let mut sample = sample(values, f, range, inside);
+        let near = around(&mut sample, (rank - below) as f64 / inside as f64);
         // Where half of the values are the same, a sample is not narrower than the range. Its middle divides the range in any case.
-        let (low, high) = if near.0 <= range.0 && near.1 >= range.1 { (sample[sample.len() / 2], sample[sample.len() / 2]) } else { near };
+        let (low, high) = if near.0 <= range.0 && near.1 >= range.1 {
+            let half = sample.len() / 2;
+            (nth(&mut sample, half), nth(&mut sample, half))
+        } else {
+            near
+        };
         let count = |(less, not_more): (usize, usize), v: f64| (less + usize::from(v < low), not_more + usize::from(v <= high));
         let counts = values.par_chunks(FEW).map(|part| part.iter().map(f).fold((0, 0), count));
         let (less, not_more) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
@@ -66,7 +71,7 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     middle(&mut all, rank - below, even, before)
 }
 
-/// Some of the `inside` values that lie in a range, sorted. They are spread over the list like random numbers, because images have rows.
+/// Some of the `inside` values that lie in a range. They are spread over the list like random numbers, because images have rows.
 fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), inside: usize) -> Vec<f64> {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15; // the golden ratio
     let n = values.len() as u128;
@@ -76,14 +81,22 @@ fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), insid
     if sample.is_empty() {
         sample.extend(values.iter().map(f).find(|v| (range.0..=range.1).contains(v)));
     }
-    sample.sort_unstable_by(f64::total_cmp);
     sample
 }
 
-/// Values of a sorted sample between which this part of all values ends: four standard deviations to either side.
-fn around(sample: &[f64], part: f64) -> (f64, f64) {
+/// The value of this rank in a sample.
+fn nth(sample: &mut [f64], rank: usize) -> f64 {
+    *sample.select_nth_unstable_by(rank, f64::total_cmp).1
+}
+
+/// Values of a sample between which this part of all values ends: four standard deviations to either side.
+fn around(sample: &mut [f64], part: f64) -> (f64, f64) {
     let (n, middle) = (sample.len() as f64, part * sample.len() as f64);
-    let at = |x: f64| if x < 0.0 { f64::NEG_INFINITY } else { sample.get(x as usize).copied().unwrap_or(f64::INFINITY) };
+    let mut at = |x: f64| match x {
+        x if x < 0.0 => f64::NEG_INFINITY,
+        x if x as usize >= sample.len() => f64::INFINITY,
+        x => nth(sample, x as usize),
+    };
     (at(middle - 2.0 * n.sqrt()), at(middle + 2.0 * n.sqrt()))
 }
 
