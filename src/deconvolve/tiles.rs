@@ -64,7 +64,29 @@ struct Tile {
     peak_at: usize,
 }
 
-/// What the update of tiles needs.
+impl Tile {
+    /// Subtract components from the tile with this first pixel. Gives its peak among the pixels that are allowed.
+    fn update(
+        &mut self,
+        first: (usize, usize),
+        beam: Beam<'_>,
+        components: &[Component],
+        (allowed, negative): (Option<&[bool]>, bool),
+    ) -> f64 {
+        let Some(values) = self.values.as_mut() else { return 0.0 };
+        apply(beam, values, first, components);
+        let peak;
+        (peak, self.peak_at) = tile_peak(values, allowed, negative);
+        peak
+    }
+}
+
+/// The pixels of the tile with this number that may be a peak; `None` if all may.
+fn of_tile(allowed: Option<&[bool]>, tile: usize) -> Option<&[bool]> {
+    allowed.map(|a| &a[tile * AREA..(tile + 1) * AREA])
+}
+
+/// What the update of several tiles needs on any thread.
 struct Update {
     psf: ArcArray2<f32>,
     /// The last components; all that some tile does not have yet.
@@ -76,11 +98,8 @@ struct Update {
 impl Update {
     /// Subtract the last `missing` components from a tile with this number and first pixel. Gives its peak.
     fn of(&self, (k, first): (usize, (usize, usize)), missing: usize, tile: &mut Tile) -> f64 {
-        let Some(values) = tile.values.as_mut() else { return 0.0 };
-        apply(Beam::of(&self.psf), values, first, &self.components[self.components.len() - missing..]);
-        let peak;
-        (peak, tile.peak_at) = tile_peak(values, self.allowed.as_deref().map(|a| &a[k * AREA..(k + 1) * AREA]), self.negative);
-        peak
+        let components = &self.components[self.components.len() - missing..];
+        tile.update(first, Beam::of(&self.psf), components, (of_tile(self.allowed.as_deref(), k), self.negative))
     }
 }
 
@@ -121,7 +140,7 @@ impl<'a> TiledResidual<'a> {
         self.tiles.par_iter_mut().zip(&mut self.upper).enumerate().for_each(|(t, (tile, upper))| {
             tile.values = None;
             let values = pixels(image, corner(t, t_l));
-            (*upper, tile.peak_at) = tile_peak(&values, allowed.map(|a| &a[t * AREA..(t + 1) * AREA]), negative);
+            (*upper, tile.peak_at) = tile_peak(&values, of_tile(allowed, t), negative);
         });
         self.applied.fill(0);
         for i in 0..self.t_m {
@@ -181,17 +200,11 @@ impl<'a> TiledResidual<'a> {
             let base = &self.base;
             self.tiles[*k].values.get_or_insert_with(|| Box::new(pixels(base, corner(*k, t_l))));
         }
-        let most = soon.iter().map(|k| n - self.applied[*k]).max().unwrap_or(0);
-        let update = Update {
-            psf: self.beam.shared(),
-            components: self.components[n - most..].to_vec(),
-            allowed: self.allowed.clone(),
-            negative: self.negative,
-        };
         if let [k] = soon[..] {
-            self.upper[k] = update.of((k, corner(k, t_l)), most, &mut self.tiles[k]);
+            let allowed = (of_tile(self.allowed.as_deref(), k), self.negative);
+            self.upper[k] = self.tiles[k].update(corner(k, t_l), self.beam.values(), &self.components[self.applied[k]..], allowed);
         } else {
-            self.refresh_together(&soon, update);
+            self.refresh_together(&soon);
         }
         for k in &soon {
             self.work += (n - self.applied[*k]) * AREA;
@@ -203,8 +216,15 @@ impl<'a> TiledResidual<'a> {
     }
 
     /// Update some tiles on all threads. Each tile is lent to the thread that updates it.
-    fn refresh_together(&mut self, soon: &[usize], update: Update) {
+    fn refresh_together(&mut self, soon: &[usize]) {
         let (t_l, n, members) = (self.t_l, self.components.len(), self.crew.members());
+        let most = soon.iter().map(|k| n - self.applied[*k]).max().unwrap_or(0);
+        let update = Update {
+            psf: self.beam.shared(),
+            components: self.components[n - most..].to_vec(),
+            allowed: self.allowed.clone(),
+            negative: self.negative,
+        };
         let mut parts: Vec<Vec<_>> = (0..members * PARTS).map(|_| Vec::new()).collect();
         for k in soon {
             let part = k % members * PARTS + k / members % PARTS;
