@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) struct Pool<T: Real> {
     nodes: Mutex<Vec<Vec<Complex<T>>>>,
     planes: Mutex<Vec<PlaneRows<T>>>,
-    /// Buffers of tiles, at most one for each thread that works at the same time.
+    /// Buffers of tiles, as many as were lent at the same time.
     tiles: Mutex<Vec<Vec<T>>>,
     memory: MemoryBudget,
     /// Bytes of a set of planes that may be kept.

@@ -69,7 +69,7 @@ impl Drop for Together {
 }
 
 /// Do two pieces of work of one command at the same time. What the second writes, perhaps on another thread, belongs to the open [`Together`] of this
-/// thread, as if it had come after the first.
+/// thread, as if it had come after the first. The second must not lock a file ([`hold`]): the first may have locked it already.
 pub fn beside<A: Send, B: Send>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
     let open = OPEN.with_borrow(|open| open.as_ref().map(|o| Open { private: o.private, ..Open::default() }));
     let aside = || {

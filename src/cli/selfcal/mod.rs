@@ -154,13 +154,12 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     args.out.write(&args.out.suffixed("-rounds.jsonl"), (lines.join("\n") + "\n").as_bytes())?;
     let components = super::clean::components(&products.components, header.unit);
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
-    let spectrum = header.spectrum.clone();
     let data = || -> Result<_> {
         let counts = save_data(args, source.as_mut(), &result.gains, context)?;
         Ok((counts, judged(args, (source.as_mut(), &result), &products, context)?))
     };
     // One thread writes the files of gains while the others work on the data.
-    let (of_data, saved) = beside(data, || save_gains(args, &result, &spectrum));
+    let (of_data, saved) = beside(data, || save_gains(args, &result, &header.spectrum));
     saved.context(&what)?;
     let (counts, judged) = of_data.context(&what)?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
