@@ -45,9 +45,18 @@ fn kind(words: &[String], path: &Path) -> Option<String> {
         ("mem", _) => "Maximum-entropy image".into(),
         ("selfcal", "model") => "Model after self-calibration".into(),
         ("selfcal", "residual") => "Residual after self-calibration".into(),
-        ("selfcal", _) => "Image after self-calibration".into(),
+        ("selfcal", _) => match round(&stem) {
+            Some(0) => "Image before self-calibration".into(),
+            Some(round) => format!("Image after round {round} of self-calibration"),
+            None => "Image after self-calibration".into(),
+        },
         _ => return None,
     })
+}
+
+/// The round of self-calibration in the name of the image of a round.
+fn round(stem: &str) -> Option<usize> {
+    stem.strip_suffix("-image")?.rsplit_once("-round")?.1.parse().ok()
 }
 
 /// How the visibilities were weighted, in the words of this field.
@@ -128,6 +137,12 @@ mod tests {
         assert_eq!(told("clean vis.uvh5 --algorithm=clark -o c", "c-residual.fits"), "Residual of Clark CLEAN");
         assert_eq!(told("clean vis.uvh5 -o c", "c-psf.fits"), "Dirty beam");
         assert_eq!(told("mem vis.uvh5 -o m", "m-model.fits"), "Maximum-entropy image");
+        assert_eq!(told("selfcal vis.uvh5 -o s", "s-image.fits"), "Image after self-calibration");
+        assert_eq!(told("selfcal vis.uvh5 -o s", "s-round0-image.fits"), "Image before self-calibration");
+        assert_eq!(
+            told("selfcal vis.uvh5 -o a-round-table", "a-round-table-round12-image.fits"),
+            "Image after round 12 of self-calibration"
+        );
         assert!(kind(&words("frobnicate"), Path::new("x.fits")).is_none());
     }
 
