@@ -51,6 +51,15 @@ pub trait Ranks: Send + Sync {
     }
 }
 
+/// Where the items of a process stand among those of all: the number of the first, and how many all processes have. `own` is how many this one has; the
+/// processes follow each other in the order of their numbers.
+pub fn place_among(ranks: &dyn Ranks, own: usize) -> (usize, usize) {
+    let counts = ranks.exchange((own as u64).to_le_bytes().to_vec());
+    let count = |bytes: &Vec<u8>| bytes.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes) as usize);
+    let before = counts.iter().take(ranks.rank()).map(count).sum();
+    (before, counts.iter().map(count).sum())
+}
+
 /// A process that shares its data with no other.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Alone;

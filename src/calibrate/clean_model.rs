@@ -150,7 +150,7 @@ impl ModelMaker for CleanMaker {
         let subtracted = state.is_some() && !plan.last;
         let mut imaging = self.imaging.clone();
         if subtracted && self.tools.is_some() {
-            imaging.epsilon = imaging.epsilon.max(self.tuning.short_epsilon);
+            imaging.epsilon = self.tuning.epsilon_of_short_rounds(&imaging.grid_options());
         }
         let mut left;
         let source: &mut dyn VisibilitySource = match &mut state {

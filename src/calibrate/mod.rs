@@ -111,6 +111,7 @@ pub(crate) use model::sees_unpolarized;
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
+pub(crate) use over_ranks::{ends_all, of_all};
 pub use pointing::{PointingReport, PointingSolveOptions, solve_pointings};
 pub use power_amplitudes::{PowerAmplitudes, ScaleFrom, amplitudes_from_power};
 pub use rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule, tuned_schedule};

@@ -15,7 +15,7 @@ const ROWS: usize = 4096;
 ///
 /// # Errors
 /// The first error of a process.
-pub(super) fn of_all(ranks: &dyn Ranks, own: Result<Vec<f64>>) -> Result<Vec<Vec<f64>>> {
+pub(crate) fn of_all(ranks: &dyn Ranks, own: Result<Vec<f64>>) -> Result<Vec<Vec<f64>>> {
     let bytes: Vec<u8> = match &own {
         // The program ends all processes.
         Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
@@ -49,7 +49,7 @@ impl<'a> Numbers<'a> {
 
 /// Whether an error ends a self-calibration at once, instead of only a round or a candidate. One that a single process met in reading or writing does,
 /// because the others do not know of it.
-pub(super) fn ends_all(e: &ChainError, ranks: &dyn Ranks) -> bool {
+pub(crate) fn ends_all(e: &ChainError, ranks: &dyn Ranks) -> bool {
     let of_one = || matches!(e, ChainError::Array(_) | ChainError::Other(_) | ChainError::Internal(_));
     matches!(e, ChainError::Cancelled) || (ranks.size() > 1 && of_one())
 }

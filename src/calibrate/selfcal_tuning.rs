@@ -2,6 +2,8 @@
 //!
 //! `docs/algorithms/heuristics.md` lists how much image and phases change when each is halved and doubled.
 
+use crate::fourier::GridOptions;
+
 /// The depths of the models in the rounds, and the accuracy of the short rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfcalTuning {
@@ -23,5 +25,14 @@ pub struct SelfcalTuning {
 impl Default for SelfcalTuning {
     fn default() -> Self {
         Self { first_depth: 0.1, deeper: 5.0, short_epsilon: 1e-4, short_nsigma: 3.0, predicted_epsilon: 0.01 }
+    }
+}
+
+impl SelfcalTuning {
+    /// Error of the transforms in short rounds, where the last one has that of `asked`. The precision is the same in all rounds, because images in double
+    /// precision do not depend on the number of processes.
+    #[must_use]
+    pub fn epsilon_of_short_rounds(&self, asked: &GridOptions) -> f64 {
+        asked.relaxed_to(self.short_epsilon)
     }
 }

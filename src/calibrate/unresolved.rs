@@ -4,6 +4,7 @@
 //! baselines have other phases, the phases of the antennas are not calibrated, and an image of the data has no meaning.
 
 use super::model::sees_unpolarized;
+use super::over_ranks::of_all;
 use crate::Result;
 use crate::memory::MemoryBudget;
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
@@ -47,8 +48,8 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
     let header = source.header();
     let freq_hz = header.spectrum.freq_hz().to_vec();
     let pols: Vec<usize> = (0..header.polarizations.len()).filter(|p| sees_unpolarized(header.polarizations[*p])).collect();
-    let (mut count, mut real, mut amplitude) = (0, 0.0, 0.0);
-    for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
+    let (mut count, mut real, mut amplitude) = (0.0, 0.0, 0.0);
+    let own = for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
         for row in 0..block.n_rows() {
             if block.coverage.ant1[row] == block.coverage.ant2[row] {
                 continue;
@@ -63,7 +64,7 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
                     let v = block.vis[(row, chan, pol)];
                     let size = f64::from(v.norm());
                     if w > 0.0 && size * w.sqrt() > SIGNIFICANT {
-                        count += 1;
+                        count += 1.0;
                         real += f64::from(v.re);
                         amplitude += size;
                     }
@@ -71,7 +72,10 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
             }
         }
         Ok(())
-    })?;
+    });
+    let sums = of_all(&*source.ranks(), own.map(|()| vec![count, real, amplitude]))?;
+    let sum = |k: usize| sums.iter().filter_map(|of_one| of_one.get(k)).sum::<f64>();
+    let (count, real, amplitude) = (sum(0) as u64, sum(1), sum(2));
     Ok(Unresolved { count, coherence: if amplitude > 0.0 { real / amplitude } else { 1.0 } })
 }
 
@@ -79,6 +83,7 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
 mod tests {
     use super::*;
     use crate::closure::testdata::{Scene, cis};
+    use crate::fixtures::in_processes;
 
     #[test]
     fn arbitrary_phases_on_short_baselines_are_seen() {
@@ -88,6 +93,9 @@ mod tests {
         let mut bad = scene.set(|_, a, _, _| cis(2.1 * a as f64));
         let seen = unresolved_phases(&mut bad, 1e-9).unwrap();
         assert!(seen.is_incoherent(), "{seen:?}");
+        for several in in_processes(3, &bad, |source| unresolved_phases(source, 1e-9).unwrap()) {
+            assert!(several.count == seen.count && (several.coherence - seen.coherence).abs() < 1e-12, "{several:?}");
+        }
         // If the baselines resolve the field, the phases can have any value.
         assert_eq!(unresolved_phases(&mut bad, 0.9).unwrap().count, 0);
     }

@@ -6,7 +6,6 @@ use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of
 use super::held_out::{self, HoldOutArgs};
 use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
 use super::planned::check_room_for_images;
-use super::ranks;
 use super::slurm::{SlurmArgs, one_job};
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
@@ -78,9 +77,6 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let input = args.input.files()?;
     if args.slurm.is_wanted() {
         return one_job(&args.slurm, ("clean", Some(args)), &args.out, context);
-    }
-    if args.hold_out.is_given() || args.startmod != StartPhases::Never {
-        ranks::refuse_several("clean then solves no phases and holds no data out. Give --startmod never, and no --hold-out")?;
     }
     let files = input.all().iter().map(PathBuf::as_path);
     args.out.claim(
@@ -294,11 +290,10 @@ impl Plan for CleanCommandArgs {
         let outlook = &looked.0;
         let g = &outlook.grid;
         let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
-        let alone = planner.ranks == 1;
         let work = CleanWork {
-            tested: alone && self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
-            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())? } else { None },
-            twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
+            tested: self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
+            judged: verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())?,
+            twice: self.hold_out.is_made(source.as_ref(), g, &self.imaging),
             ..work_of(&self.clean, self.clean.entry()?.name, outlook)
         };
         let mut forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);

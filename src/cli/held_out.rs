@@ -8,7 +8,7 @@ use crate::imaging::ImagingOptions;
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
 use crate::verdict::CrossCheck;
-use cittert_arrays::{Image, Polarization, SkyGrid, VisibilitySource};
+use cittert_arrays::{Image, Polarization, SkyGrid, VisibilitySource, place_among};
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -46,12 +46,13 @@ impl HoldOutArgs {
 
     /// Whether a second image will be made.
     pub(super) fn is_made(&self, data: &dyn VisibilitySource, grid: &SkyGrid, imaging: &ImagingOptions) -> bool {
-        imaging.pol == Polarization::I && self.fraction(data, grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out)) > 0.0
+        imaging.pol == Polarization::I && self.fraction(data, grid, imaging) > 0.0
     }
 
-    fn fraction(&self, data: &dyn VisibilitySource, pixels: usize) -> f64 {
-        let spectrum = &data.header().spectrum;
-        let visibilities = data.n_rows().saturating_mul(spectrum.n_chan()).saturating_mul(data.header().polarizations.len());
+    fn fraction(&self, data: &dyn VisibilitySource, grid: &SkyGrid, imaging: &ImagingOptions) -> f64 {
+        let pixels = grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out);
+        let (_, rows) = place_among(&*data.ranks(), data.n_rows());
+        let visibilities = rows.saturating_mul(data.header().spectrum.n_chan()).saturating_mul(data.header().polarizations.len());
         let small = visibilities <= MOST && pixels <= MOST;
         self.hold_out.unwrap_or(if small { FRACTION } else { 0.0 })
     }
@@ -68,11 +69,10 @@ impl HoldOutArgs {
         make: &dyn Fn(&mut dyn VisibilitySource, &ImagingOptions) -> crate::Result<Image>,
         context: &Context,
     ) -> Result<Option<CrossCheck>> {
-        let fraction = self.fraction(data, grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out));
-        // Each process would hold out others of its rows.
-        if fraction == 0.0 || imaging.pol != Polarization::I || data.ranks().size() > 1 {
+        if !self.is_made(data, grid, imaging) {
             return Ok(None);
         }
+        let fraction = self.fraction(data, grid, imaging);
         let same = imaging.on_grid(grid);
         let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
         let surface = imaging.surface_of(&data.header().near_field)?;

@@ -2,7 +2,6 @@
 
 use super::context::Context;
 use super::failure::Result;
-use super::ranks;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::fourier::GridOptions;
@@ -15,9 +14,6 @@ use serde_json::{Value, json};
 
 /// Accuracy of the prediction. The rules compare with the noise of single visibilities, which is larger.
 pub(super) const EPSILON: f64 = 1e-4;
-
-/// The verdict where several processes find nothing.
-const UNJUDGED: &str = "nothing doubtful in the image; several processes do not judge residuals of single visibilities";
 
 /// What is doubtful about a fit, and the residuals that it was judged by.
 #[derive(Debug, Default)]
@@ -40,10 +36,6 @@ pub(super) fn of_model(
     let header = data.header().clone();
     if imaging.pol != Polarization::I {
         return Ok(Judged::default());
-    }
-    // No process has the residuals of all rows.
-    if data.ranks().size() > 1 {
-        return Ok(Judged { findings: of_image(facts, None), residuals: None });
     }
     // Without its zero spacing a thermal scene may have any flux.
     let positive = model.unit == BrightnessUnit::JyPerPixel;
@@ -125,7 +117,6 @@ pub(super) fn report(judged: &Judged, good: &str, json: &mut Value, context: &Co
     let findings = &judged.findings;
     warn(findings, context);
     let limit = judged.residuals.as_ref().and_then(left_beyond_noise).map_or_else(String::new, |says| format!(", {says}"));
-    let good = if ranks::size() > 1 && judged.residuals.is_none() { UNJUDGED } else { good };
     let verdict = sentence(findings, &format!("{good}{limit}"));
     if json["verdict"].is_null() {
         json["verdict"] = verdict.clone().into();

@@ -2,6 +2,9 @@
 
 use crate::memory::MemoryBudget;
 
+/// Smallest error for which single precision is accurate enough.
+const SINGLE: f64 = 0.99e-5;
+
 /// The error of a transform and the terms that it includes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridOptions {
@@ -25,6 +28,13 @@ impl GridOptions {
     /// True if single precision inside the transform is accurate enough for `epsilon`.
     #[must_use]
     pub fn single_precision_suffices(&self) -> bool {
-        self.epsilon >= 0.99e-5
+        self.epsilon >= SINGLE
+    }
+
+    /// `epsilon`, where it is larger than the error asked for, but not so large that the precision would change.
+    #[must_use]
+    pub fn relaxed_to(&self, epsilon: f64) -> f64 {
+        let most = if self.single_precision_suffices() { f64::INFINITY } else { SINGLE.next_down() };
+        self.epsilon.max(epsilon.min(most))
     }
 }

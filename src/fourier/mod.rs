@@ -70,6 +70,7 @@ pub use nodes::Nodes;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub(crate) use real::in_precision;
 pub use schedule::Idle;
 pub use size::{BandSize, TransformSize};
 pub use sorted_rows::SortedRows;

@@ -1,7 +1,7 @@
 //! Images that each process makes of its own rows with all planes at once, and that are summed.
 
 use super::imager::Imager;
-use super::over_ranks::sum_image;
+use super::over_ranks::finished;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use crate::Result;
 use crate::fourier::Real;
@@ -23,7 +23,7 @@ impl Imager<'_> {
             number += 1;
             Ok(())
         })?;
-        Ok(sum_image(&*self.ranks(), gridder.finish()))
+        Ok(finished(&*self.ranks(), gridder))
     }
 
     /// The sum over all processes of their residuals, and what those of this process leave of chi squared.
@@ -44,6 +44,6 @@ impl Imager<'_> {
             Ok(())
         })?;
         drop(degridder);
-        Ok((left, sum_image(&*self.ranks(), gridder.finish())))
+        Ok((left, finished(&*self.ranks(), gridder)))
     }
 }

@@ -119,7 +119,7 @@ impl HandsSum {
     }
 
     /// Replace the sums by those over all processes.
-    fn share(&mut self, ranks: &dyn Ranks) {
+    pub(crate) fn share(&mut self, ranks: &dyn Ranks) {
         let mut all = [self.sum, self.count as f64, f64::from(u8::from(!self.counts))];
         ranks.sum(&mut all);
         (self.sum, self.count, self.counts) = (all[0], all[1] as u64, all[2] == 0.0);

@@ -3,7 +3,7 @@
 use super::beam::{BeamHessian, SHRINK};
 use super::data_term::DataTerm;
 use crate::fourier::{GridOptions, Transform, UvwExtent};
-use crate::imaging::{ImageMisfit, Imager, sum_image};
+use crate::imaging::{ImageMisfit, Imager, finished};
 use crate::progress::{Observer, Quiet};
 use crate::{ChainError, Result, ensure};
 use ndarray::{ArrayView2, CowArray, Ix2, s};
@@ -64,7 +64,7 @@ impl BeamHessian {
                 out.iter_mut().zip(weight.row(row)).for_each(|(o, w)| *o = Complex32::new((f64::from(*w) / sum) as f32, 0.0));
             })
         })?;
-        Ok(Self::of_beam(&grid, sum_image(&*imager.ranks(), gridder.finish()), factor * sum))
+        Ok(Self::of_beam(&grid, finished(&*imager.ranks(), gridder), factor * sum))
     }
 }
 

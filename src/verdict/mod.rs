@@ -12,6 +12,7 @@ mod misfits;
 mod pedestals;
 mod prediction;
 mod residuals;
+mod samples;
 #[cfg(test)]
 mod tests;
 

@@ -1,24 +1,13 @@
 //! The residual visibilities of a fit, and how they are distributed over antennas and samples.
 
+use super::samples::{Sample, Samples, look, rows_looked_at};
 use crate::Result;
-use crate::calibrate::{ModelVisibilities, sees_unpolarized};
-use crate::mem::{HandsNoise, HandsSum};
-use crate::memory::MemoryBudget;
-use cittert_arrays::{Polarization, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
-use ndarray::Array3;
-use num_complex::{Complex32, Complex64};
+use crate::calibrate::ModelVisibilities;
+use crate::mem::HandsNoise;
+use cittert_arrays::VisibilitySource;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
-/// About so many visibilities are looked at. A larger set is sampled in runs of rows, so that the verdict costs little beside the fit.
-const MOST: usize = 1 << 20;
-/// Size in bytes of a visibility, its weight, its number of samples, its flag and its prediction.
-const BYTES_PER_SAMPLE: usize = 25;
-/// Values whose samples are made together.
-const TOGETHER: usize = 1 << 16;
-/// Number of runs of rows of a set that is sampled.
-const RUNS: usize = 64;
 /// A sample is an outlier if its squared residual exceeds the median of its baseline by this factor. Noise, whose squared modulus is
 /// distributed exponentially, does so with a probability of 2^-50.
 pub(super) const OUTLIER: f64 = 50.0;
@@ -68,85 +57,21 @@ pub struct Spectrum {
     pub channels: usize,
 }
 
-/// The visibilities of a set in lists of a few megabytes, which find a place in the memory that the image has left.
-type Samples = Vec<Vec<Sample>>;
-
-/// One visibility.
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    pair: (u32, u32),
-    /// Squared length, wavelengths.
-    length2: f64,
-    weight: f64,
-    /// Squared moduli of residual, data and model.
-    left2: f64,
-    data2: f64,
-    model2: f64,
-    /// Real part of the residual times the conjugate of the model.
-    along: f64,
-    /// Offset from the middle of the band, over its frequency.
-    off: f64,
-}
-
-impl Sample {
-    /// The squared residual in units of the noise of a real part, halved: 1 is expected.
-    fn misfit(&self) -> f64 {
-        0.5 * self.weight * self.left2
-    }
-}
-
-/// The rows that are looked at.
-fn runs(n_rows: usize, per_row: usize, block: usize) -> Vec<Range<usize>> {
-    let total = n_rows.saturating_mul(per_row);
-    let (count, length) = if total <= MOST { (1, n_rows) } else { (RUNS, (MOST / per_row.max(1) / RUNS).max(1)) };
-    let step = n_rows / count;
-    (0..count)
-        .flat_map(|k| {
-            let (from, to) = (k * step, (k * step + length).min(n_rows));
-            (from..to).step_by(block.max(1)).map(move |first| first..(first + block.max(1)).min(to))
-        })
-        .collect()
-}
-
 impl Residuals {
     /// About so many rows of a set are looked at, of `per_row` visibilities each.
     #[must_use]
     pub fn rows(n_rows: usize, per_row: usize) -> usize {
-        n_rows.min((MOST / per_row.max(1)).max(RUNS))
+        rows_looked_at(n_rows, per_row)
     }
 
     /// Compare a set with a model. Where the weights are only counts of samples, the noise comes from the difference of two parallel hands,
-    /// if there are two. `None` if no visibility can be compared.
+    /// if there are two. `None` if no visibility can be compared, and in all processes that share the set but the first.
     ///
     /// # Errors
     /// The data cannot be read, or the model cannot be evaluated.
     pub fn measure(data: &mut dyn VisibilitySource, model: &mut dyn ModelVisibilities) -> Result<Option<Self>> {
-        let header = data.header().clone();
-        let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
-        let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
-        let all = runs(data.n_rows(), n_chan * n_pol, rows_at_once);
-        let (mut samples, mut hands) = (Samples::new(), HandsSum::new(&header));
-        // Each block has sums of its own, which are added in the order of the blocks.
-        let sum_of = |(_, block): &(usize, VisibilityBlock)| {
-            let mut sum = HandsSum::new(&header);
-            sum.add(block);
-            sum
-        };
-        let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
-        let mut rows_held = 0;
-        for (k, rows) in all.iter().enumerate() {
-            let block = data.read_rows(rows.clone())?;
-            blocks.push((rows.start, block));
-            rows_held += rows.len();
-            let next = all.get(k + 1).map_or(usize::MAX, Range::len);
-            if rows_held.saturating_add(next) > rows_at_once {
-                let sums: Vec<HandsSum> = blocks.par_iter().map(sum_of).collect();
-                sums.iter().for_each(|sum| hands.include(sum));
-                add(&mut samples, &header, &blocks, model)?;
-                blocks.clear();
-                rows_held = 0;
-            }
-        }
+        let n_chan = data.header().spectrum.n_chan();
+        let (mut samples, hands) = look(data, model)?;
         let HandsNoise { factor, weights_are_counts } = hands.noise();
         let noise = if weights_are_counts { factor.filter(|f| *f > 0.0) } else { Some(1.0) };
         if let Some(noise) = noise {
@@ -201,12 +126,12 @@ impl Residuals {
 
 /// The squares of antennas over those of all antennas, largest first, and the number of samples that stand out of their baseline.
 fn by_antenna(samples: &Samples) -> (Vec<(usize, f64)>, usize) {
-    let mut baselines: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
+    let mut baselines: BTreeMap<[u32; 2], Vec<f64>> = BTreeMap::new();
     // The samples of a row follow each other, and belong to one baseline.
     for row in samples.iter().flat_map(|list| list.chunk_by(|a, b| a.pair == b.pair)) {
         baselines.entry(row[0].pair).or_default().extend(row.iter().map(Sample::misfit));
     }
-    let mut baselines: Vec<((u32, u32), Vec<f64>)> = baselines.into_iter().collect();
+    let mut baselines: Vec<([u32; 2], Vec<f64>)> = baselines.into_iter().collect();
     let medians: Vec<(f64, usize)> = baselines
         .par_iter_mut()
         .map(|(_, squares)| {
@@ -217,7 +142,7 @@ fn by_antenna(samples: &Samples) -> (Vec<(usize, f64)>, usize) {
         .collect();
     let mut of_antenna: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for ((pair, _), (median, _)) in baselines.iter().zip(&medians) {
-        for antenna in [pair.0, pair.1] {
+        for antenna in *pair {
             of_antenna.entry(antenna).or_default().push(*median);
         }
     }
@@ -229,84 +154,6 @@ fn by_antenna(samples: &Samples) -> (Vec<(usize, f64)>, usize) {
         .collect();
     antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
     (antennas, medians.iter().map(|m| m.1).sum())
-}
-
-/// Add the samples of blocks, each with the index of its first row.
-fn add(
-    samples: &mut Samples,
-    header: &VisibilityHeader,
-    blocks: &[(usize, VisibilityBlock)],
-    model: &mut dyn ModelVisibilities,
-) -> Result<()> {
-    let runs: Vec<(usize, &UvCoverage)> = blocks.iter().map(|(first, block)| (*first, &block.coverage)).collect();
-    let predicted = model.predict_runs(header, &runs)?;
-    blocks.iter().zip(&predicted).for_each(|((_, block), predicted)| add_block(samples, header, block, predicted));
-    Ok(())
-}
-
-/// The other parallel hand of each product, where the set has it.
-fn other_hands(polarizations: &[Polarization]) -> Vec<Option<usize>> {
-    use Polarization::{LL, RR, XX, YY};
-    let other = |p: &Polarization| match p {
-        RR => Some(LL),
-        LL => Some(RR),
-        XX => Some(YY),
-        YY => Some(XX),
-        _ => None,
-    };
-    polarizations.iter().map(|p| other(p).and_then(|o| polarizations.iter().position(|q| *q == o))).collect()
-}
-
-/// The image is one of total intensity. So two parallel hands make one sample, their mean: what differs between them is polarisation, which such
-/// an image does not have to explain.
-fn add_block(samples: &mut Samples, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
-    let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
-    let freq_hz = header.spectrum.freq_hz();
-    let middle_hz = freq_hz.iter().sum::<f64>() / freq_hz.len().max(1) as f64;
-    let others = other_hands(&header.polarizations);
-    let weight_of = |at: (usize, usize, usize)| {
-        let weight = f64::from(block.usable_weight(at.0, at.1, at.2));
-        if weight > 0.0 && predicted[at].is_finite() { weight } else { 0.0 }
-    };
-    let sample = |row: usize, c: usize, p: usize| {
-        let pair = (block.coverage.ant1[row], block.coverage.ant2[row]);
-        let own = weight_of((row, c, p));
-        if pair.0 == pair.1 || own == 0.0 || !sees_unpolarized(header.polarizations[p]) {
-            return None;
-        }
-        let (v, m) = (wide(block.vis[(row, c, p)]), wide(predicted[(row, c, p)]));
-        let (v, m, weight) = match others[p].map(|q| (q, weight_of((row, c, q)))) {
-            Some((q, w)) if w > 0.0 => {
-                if q < p {
-                    return None;
-                }
-                let mean = |a: Complex64, b: Complex32| 0.5 * (a + wide(b));
-                // The mean has a quarter of the sum of the variances.
-                (mean(v, block.vis[(row, c, q)]), mean(m, predicted[(row, c, q)]), 4.0 / (own.recip() + w.recip()))
-            }
-            _ => (v, m, own),
-        };
-        let uvw = block.coverage.uvw_m.row(row);
-        let per_m = freq_hz[c] / cittert_arrays::SPEED_OF_LIGHT_M_S;
-        Some(Sample {
-            pair: (pair.0.min(pair.1), pair.0.max(pair.1)),
-            length2: (uvw[0] * uvw[0] + uvw[1] * uvw[1]) * per_m * per_m,
-            weight,
-            left2: (v - m).norm_sqr(),
-            data2: v.norm_sqr(),
-            model2: m.norm_sqr(),
-            along: ((v - m) * m.conj()).re,
-            off: freq_hz[c] / middle_hz - 1.0,
-        })
-    };
-    let (n_row, n_chan, n_pol) = block.vis.dim();
-    let of_row = |row: usize| (0..n_chan).flat_map(move |c| (0..n_pol).map(move |p| (row, c, p)));
-    let step = (TOGETHER / (n_chan * n_pol).max(1)).max(1);
-    for first in (0..n_row).step_by(step) {
-        let rows = first..(first + step).min(n_row);
-        let list: Vec<Sample> = rows.into_par_iter().flat_map_iter(of_row).filter_map(|(row, c, p)| sample(row, c, p)).collect();
-        samples.extend((!list.is_empty()).then_some(list));
-    }
 }
 
 /// What `of` gives of each of `count` samples.

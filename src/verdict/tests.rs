@@ -2,7 +2,7 @@ use super::residuals::Residuals;
 use super::{CrossCheck, ImageFacts, Levels, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
 use crate::deconvolve::CleanOptions;
-use crate::fixtures::{Noise, positions, snapshot, swap_antennas};
+use crate::fixtures::{Noise, in_processes, positions, snapshot, swap_antennas};
 use crate::imaging::{ImageSize, Imager, ImagingOptions, StopReason, clean};
 use crate::progress::Silent;
 use crate::simulate::{SimulateOptions, Simulator, SkyModel};
@@ -94,19 +94,24 @@ fn interference_and_swapped_antennas_are_named() {
 #[test]
 fn an_image_of_swapped_antennas_does_not_predict_the_baselines_that_it_was_not_made_from() {
     let imaging = ImagingOptions { size: Some(ImageSize::square(128)), cell: Some(Angle(3e-4)), ..ImagingOptions::default() };
-    let mut make = |data: &mut dyn VisibilitySource| {
+    let make = |data: &mut dyn VisibilitySource| {
         let mut imager = Imager::new(data, imaging.clone(), &Silent)?;
         Ok(SkyModel::of_image(clean(&mut imager, &CleanOptions::default(), &Silent)?.model))
     };
     let sources = [POINT, (-0.006, 0.002, 0.7), (0.001, 0.005, 0.5)];
     let mut set = observed(&sources);
     let accuracy = Accuracy { epsilon: 1e-4, no_w: false };
-    let mut check = |set: &mut VisibilitySet| CrossCheck::of(set, 0.15, &mut make, accuracy, &Silent).unwrap();
+    let check = |set: &mut dyn VisibilitySource| CrossCheck::of(set, 0.15, &mut { make }, accuracy, &Silent).unwrap();
     let right = check(&mut set).unwrap();
     assert!(right.misfit < 0.02 && right.finding().is_none() && right.baselines == 29, "{right:?}");
     swap_antennas(&mut set, 3, 11);
     let wrong = check(&mut set).unwrap();
     assert!(wrong.misfit > 0.15 && wrong.finding().is_some(), "{wrong:?}");
+    for of_process in in_processes(3, &set, check) {
+        let of_process = of_process.unwrap();
+        assert_eq!(of_process.baselines, wrong.baselines);
+        assert!((of_process.misfit / wrong.misfit - 1.0).abs() < 1e-4, "{of_process:?} {wrong:?}");
+    }
     // Six antennas have 15 baselines: too few to leave any out.
     let mut few = snapshot(&positions(6, 0.5, 0.0, 5), &[94e9], &[Polarization::I], &[POINT], (0.1, VisUnit::Jy));
     assert_eq!(check(&mut few), None);
@@ -211,4 +216,31 @@ fn a_pedestal_that_is_not_the_mean_of_the_scene_is_named() {
     assert_eq!(found(Some(60.0), Some(0.0)), Some("pedestal"), "a cold background");
     assert_eq!(found(None, Some(0.0)), None);
     assert_eq!(found(Some(140.0), None), None, "the scene is not known");
+}
+
+/// Several processes look at the rows that one would look at, and the first judges all of them.
+#[test]
+fn several_processes_judge_the_residuals_of_one() {
+    let run =
+        |source: &mut dyn VisibilitySource| Residuals::measure(source, &mut PointModel { l: POINT.0, m: POINT.1, flux: 0.9 }).unwrap();
+    let small = observed(&[POINT]);
+    // So many visibilities that runs of rows are looked at, which end within the parts of processes.
+    let mut large = small.clone();
+    for _ in 0..9 {
+        let all = large.data.clone();
+        large.data.append(&all).unwrap();
+    }
+    for set in [small, large] {
+        let one = in_processes(1, &set, run).remove(0).unwrap();
+        for size in [2, 7] {
+            let several = in_processes(size, &set, run);
+            let all = several[0].as_ref().unwrap();
+            assert!(several[1..].iter().all(Option::is_none));
+            assert_eq!(
+                (all.samples, all.noise_known, &all.antennas, all.typical),
+                (one.samples, one.noise_known, &one.antennas, one.typical)
+            );
+            assert!((all.mean / one.mean - 1.0).abs() < 1e-9 && (all.unexplained / one.unexplained - 1.0).abs() < 1e-9, "{all:?} {one:?}");
+        }
+    }
 }

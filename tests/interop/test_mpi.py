@@ -1,4 +1,5 @@
 """Several processes under mpirun make the images of one process, and leave no half output."""
+import json
 import os
 import random
 import signal
@@ -15,7 +16,7 @@ ENV = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONF
 IMAGING = ["--size", 128, "--cell", "1mrad", "--weighting", "briggs"]
 COMMANDS = {
     "dirty": (IMAGING, ["c.fits"]),
-    "clean": ([*IMAGING, "--niter", 500, "--startmod", "never"], ["c-dirty.fits", "c-psf.fits", "c-model.fits", "c-image.fits", "c-residual.fits"]),
+    "clean": ([*IMAGING, "--niter", 500], ["c-dirty.fits", "c-psf.fits", "c-model.fits", "c-image.fits", "c-residual.fits"]),
     "mem": (IMAGING, ["c-model.fits", "c-image.fits", "c-residual.fits"]),
 }
 
@@ -59,9 +60,52 @@ def test_the_components_are_those_of_one_process(cittert):
         assert np.allclose(one[column][order[0]], four[column][order[1]], rtol=0, atol=1e-6 * np.abs(one[column]).max()), column
 
 
+@pytest.mark.parametrize("algorithm", ["hogbom", "clark", "multiscale"])
+def test_deep_cleans_in_double_precision_are_those_of_one_process(cittert, algorithm):
+    """10,000 components far below the noise: a difference in the last digit of single precision would lead to others."""
+    simulate(cittert)
+    words = ["clean", "v.uvh5", *IMAGING, "--epsilon", "1e-7", "--algorithm", algorithm, "--niter", 10000, "--nsigma", 0, "--hold-out", 0, "-o"]
+    cittert(*words, "one")
+    for n in [2, 4]:
+        subprocess.run(mpirun(n, *words, "several", "--overwrite"), cwd=cittert.folder, env=ENV, check=True, capture_output=True)
+        one, several = (np.genfromtxt(cittert.folder / f"{name}-components.csv", delimiter=",", names=True) for name in ["one", "several"])
+        order = [np.lexsort((t["l_rad"], t["m_rad"])) for t in (one, several)]
+        for column in ["l_rad", "m_rad", "flux_jy"]:
+            assert np.allclose(one[column][order[0]], several[column][order[1]], rtol=0, atol=1e-9 * np.abs(one[column]).max()), (n, column)
+        one, several = fits.getdata(cittert.folder / "one-image.fits"), fits.getdata(cittert.folder / "several-image.fits")
+        assert np.abs(one - several).max() <= 1e-7 * np.abs(one).max(), n
+
+
+def close(one, several):
+    """Two JSON values that agree but for rounding."""
+    if isinstance(one, dict):
+        return one.keys() == several.keys() and all(close(one[key], several[key]) for key in one)
+    return one == several or abs(one - several) <= 1e-4 * abs(one)
+
+
+@pytest.mark.parametrize("command", ["clean", "mem"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_the_verdict_is_that_of_one_process(cittert, command, swapped):
+    simulate(cittert)
+    name = "v.uvh5"
+    if swapped:
+        cittert("corrupt", name, "-o", "swapped.uvh5", "--seed", 1, "--phase-rms", "60deg")
+        name = "swapped.uvh5"
+    words = ["--json", command, name, *IMAGING, "-o"]
+    more = ["--startmod", "always"] if swapped and command == "clean" else []
+    run = lambda before, output: subprocess.run([*before, *map(str, [*words, output, *more])], cwd=cittert.folder, env=ENV, capture_output=True, text=True)
+    one = run([CITTERT], "one")
+    for n in [2, 4]:
+        several = run(mpirun(n), f"of{n}")
+        assert several.returncode == one.returncode, several.stderr
+        a, b = (json.loads(r.stdout) for r in (one, several))
+        assert a["verdict"] == b["verdict"] and [f["name"] for f in a["findings"]] == [f["name"] for f in b["findings"]]
+        assert close(a["residuals"], b["residuals"]) and close(a["held_out"], b["held_out"])
+
+
 def test_other_commands_and_options_refuse_several_processes(cittert):
     simulate(cittert)
-    for words in [["info", "v.uvh5"], ["convert", "v.uvh5", "w.uvh5"], ["clean", "v.uvh5", *IMAGING, "-o", "c"]]:
+    for words in [["info", "v.uvh5"], ["convert", "v.uvh5", "w.uvh5"], ["mem", "v.uvh5", *IMAGING[:4], "--terms", "cphase", "-o", "c"]]:
         run = subprocess.run(mpirun(2, *words), cwd=cittert.folder, env=ENV, capture_output=True, text=True)
         assert run.returncode == 2 and run.stderr.count("error: 2 processes share this command") == 1, run.stderr
     assert sorted(os.listdir(cittert.folder)) == ["s.csv", "v.uvh5"]

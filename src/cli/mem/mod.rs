@@ -34,10 +34,8 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// are written and the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     args.check_used()?;
-    if args.hold_out.is_given() || args.terms.terms.is_some() {
-        ranks::refuse_several("mem then makes no images from closures and holds no data out. Leave out --terms and --hold-out")?;
-    }
     if args.terms.terms.is_some() {
+        ranks::refuse_several("mem then makes no images from closures. Leave out --terms")?;
         return closures::run(args, context);
     }
     let mut outputs = args.out.all_suffixed(&IMAGES);
@@ -175,14 +173,13 @@ impl Plan for MemCommandArgs {
         let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
         let waves = waves_of_image(&self.imaging, source.header(), &mut looked.0, planner)?;
         let outlook = &looked.0;
-        let alone = planner.ranks == 1;
         let work = EntropyWork {
             evaluations: self.mem.niter as f64,
             // A set that does not exist yet has no data.
             chi2_of_nothing: chi2_of_nothing(source.as_mut(), &self.mem).ok().flatten(),
             uncertainty: self.mem.uncertainty != Uncertainty::None,
-            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())? } else { None },
-            twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
+            judged: verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())?,
+            twice: self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
         };
         let mut forecast = cost::entropy(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
         let mut facts = facts(outlook);

@@ -30,8 +30,8 @@ impl SelfcalArgs {
         if !self.feed_terms.is_empty() {
             planner.alone("solves terms between the feeds")?;
             let (outlook, sample) = looked;
-            let options =
-                GridOptions { epsilon: self.imaging.epsilon.max(SelfcalTuning::default().short_epsilon), ..self.imaging.grid_options() };
+            let asked = self.imaging.grid_options();
+            let options = GridOptions { epsilon: SelfcalTuning::default().epsilon_of_short_rounds(&asked), ..asked };
             let predictor = sample.field_for(&outlook.grid, source.header().spectrum.freq_hz(), outlook.extent, (&options, None))?;
             let sample_s = sample_s(source)?;
             let work = BetweenWork { imaged: self.rounds.model.is_none(), predictor, sample_s, always };

@@ -45,7 +45,6 @@ impl Plan for SelfcalArgs {
             return Ok(Told { command: "selfcal", forecast, facts: facts(outlook) });
         }
         let (g, header) = (&outlook.grid, source.header());
-        let alone = planner.ranks == 1;
         let plans = schedule(self.solve.mode, self.solve.solint, self.rounds.rounds, self.rounds.shrink);
         let deep = plans.iter().filter(|p| p.last).count();
         let field = |epsilon: f64, n_vis: Option<u64>| {
@@ -55,9 +54,9 @@ impl Plan for SelfcalArgs {
             let field = sample.field_for(g, of_output, outlook.extent, (&options, n_vis))?;
             Ok::<_, crate::ChainError>(Field { pass: field.pass.shared(planner.ranks), ..field })
         };
-        let short_epsilon = self.imaging.epsilon.max(SelfcalTuning::default().short_epsilon);
+        let short_epsilon = SelfcalTuning::default().epsilon_of_short_rounds(&self.imaging.grid_options());
         let values = outlook.visibilities() * outlook.shape.2 as f64;
-        let judged = if alone { verdict::transform(header, &looked, &self.imaging, false)? } else { None };
+        let judged = verdict::transform(header, &looked, &self.imaging, false)?;
         let clean = CleanWork { judged, ..work_of(&self.clean, name, outlook) };
         let work = CalibrationWork {
             clean,
