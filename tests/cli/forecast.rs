@@ -188,8 +188,9 @@ fn a_script_asks_for_what_is_forecast() {
     let (time, memory) = (script["time_s"].as_f64().unwrap(), script["memory_bytes"].as_f64().unwrap());
     // The two calls test the speed of the machine each.
     assert!(time >= 120.0 && time < 120.0 + 20.0 * planned["seconds"].as_f64().unwrap() + 60.0, "{script} {planned}");
-    // The memory of the program itself differs by pages from call to call: less than 1 MB of some 400.
-    assert!((memory / (1.25 * planned["peak_bytes"].as_f64().unwrap() + f64::from(256 << 20)) - 1.0).abs() < 0.005, "{script} {planned}");
+    // The memory of the program itself differs by pages of its libraries from call to call: it was 27.6 to 29.0 MB in 16 of them.
+    let forecast = 1.25 * planned["peak_bytes"].as_f64().unwrap() + f64::from(256 << 20);
+    assert!((memory - forecast).abs() < 1.25 * 2e6, "{script} {planned}");
 }
 
 /// The set and the images of a run are those that it then makes, and each of its sections is a stage.
