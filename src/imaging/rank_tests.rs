@@ -73,7 +73,7 @@ fn images_do_not_depend_on_the_number_of_processes() {
 #[test]
 fn deep_cleans_in_double_precision_take_the_same_steps() {
     let run = |source: &mut dyn VisibilitySource| {
-        let mut imager = Imager::new(source, ImagingOptions { epsilon: 1e-7, ..options(Weighting::Briggs) }, &Silent).unwrap();
+        let mut imager = Imager::new(source, ImagingOptions { epsilon: 9e-6, ..options(Weighting::Briggs) }, &Silent).unwrap();
         let opts = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), niter: 5000, nsigma: 0.0, ..CleanOptions::default() };
         clean(&mut imager, &opts, &Silent).unwrap()
     };

@@ -42,7 +42,7 @@ impl CrossCheck {
     /// noise of the set is not known, where it has too few baselines, or where no image can be made without them.
     ///
     /// # Errors
-    /// The data cannot be read, or [`ChainError::Cancelled`].
+    /// The data cannot be read, or [`crate::ChainError::Cancelled`].
     pub fn of(
         data: &mut dyn VisibilitySource,
         fraction: f64,
