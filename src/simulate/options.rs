@@ -114,7 +114,10 @@ impl TrackOptions {
                     ("elevation-limit", "no elevation limit", self.elevation_limit.map(|a| a.to_string())),
                 ];
                 for (field, why, value) in given {
-                    let expected = format!("{why}: layout {:?} looks along its boresight", layout.name);
+                    let expected = format!(
+                        "{why}: layout {:?} looks along its boresight. To put it on the Earth, give its file frame = \"enu\" and a [site]",
+                        layout.name
+                    );
                     need(field, value.as_deref().unwrap_or_default(), value.is_none(), expected)?;
                 }
                 let start = self.start.as_ref().map_or_else(|| parse_utc(ANY_DATE), |t| Ok(t.jd))?;
