@@ -46,10 +46,14 @@ impl HoldOutArgs {
 
     /// Whether a second image will be made.
     pub(super) fn is_made(&self, data: &dyn VisibilitySource, grid: &SkyGrid, imaging: &ImagingOptions) -> bool {
-        imaging.pol == Polarization::I && self.fraction(data, grid, imaging) > 0.0
+        self.fraction(data, grid, imaging) > 0.0
     }
 
+    /// The fraction that is left out; 0 where no second image is made. All processes that share the set must ask.
     fn fraction(&self, data: &dyn VisibilitySource, grid: &SkyGrid, imaging: &ImagingOptions) -> f64 {
+        if imaging.pol != Polarization::I {
+            return 0.0;
+        }
         let pixels = grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out);
         let (_, rows) = place_among(&*data.ranks(), data.n_rows());
         let visibilities = rows.saturating_mul(data.header().spectrum.n_chan()).saturating_mul(data.header().polarizations.len());
@@ -69,10 +73,10 @@ impl HoldOutArgs {
         make: &dyn Fn(&mut dyn VisibilitySource, &ImagingOptions) -> crate::Result<Image>,
         context: &Context,
     ) -> Result<Option<CrossCheck>> {
-        if !self.is_made(data, grid, imaging) {
+        let fraction = self.fraction(data, grid, imaging);
+        if fraction == 0.0 {
             return Ok(None);
         }
-        let fraction = self.fraction(data, grid, imaging);
         let same = imaging.on_grid(grid);
         let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
         let surface = imaging.surface_of(&data.header().near_field)?;

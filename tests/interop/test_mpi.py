@@ -84,15 +84,15 @@ def close(one, several):
 
 
 @pytest.mark.parametrize("command", ["clean", "mem"])
-@pytest.mark.parametrize("swapped", [False, True])
-def test_the_verdict_is_that_of_one_process(cittert, command, swapped):
+@pytest.mark.parametrize("wrong_phases", [False, True])
+def test_the_verdict_is_that_of_one_process(cittert, command, wrong_phases):
     simulate(cittert)
     name = "v.uvh5"
-    if swapped:
-        cittert("corrupt", name, "-o", "swapped.uvh5", "--seed", 1, "--phase-rms", "60deg")
-        name = "swapped.uvh5"
+    if wrong_phases:
+        cittert("corrupt", name, "-o", "wrong.uvh5", "--seed", 1, "--phase-rms", "60deg")
+        name = "wrong.uvh5"
     words = ["--json", command, name, *IMAGING, "-o"]
-    more = ["--startmod", "always"] if swapped and command == "clean" else []
+    more = ["--startmod", "always"] if wrong_phases and command == "clean" else []
     run = lambda before, output: subprocess.run([*before, *map(str, [*words, output, *more])], cwd=cittert.folder, env=ENV, capture_output=True, text=True)
     one = run([CITTERT], "one")
     for n in [2, 4]:
