@@ -255,9 +255,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         memory.set();
     }
     let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS, ahead: Ahead::default() };
-    let forecast = || match cli.command.plan() {
-        Some(plan) => forecast::forecast(plan, &cli.forecast, (&context, plan_words)),
-        None => Err(forecast::without()),
+    let forecast = || {
+        let there = parse_as(&words, true)?;
+        let plans = cli.command.plan().zip(there.command.plan()).ok_or_else(forecast::without)?;
+        forecast::forecast(plans, &cli.forecast, (&context, plan_words))
     };
     let outputs = Together::begin();
     let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.perform(&context) });
@@ -314,7 +315,13 @@ fn plan_words(words: &[OsString], planner: &Planner<'_>) -> Result<Told> {
 }
 
 fn parse(words: &[OsString]) -> Result<Cli> {
-    let matches = numbers::limited(command()).try_get_matches_from(words)?;
+    parse_as(words, ranks::by_mpirun())
+}
+
+/// Read the words of a command line, with the defaults of what mpirun starts if it does.
+fn parse_as(words: &[OsString], by_mpirun: bool) -> Result<Cli> {
+    let command = if by_mpirun { ranks::for_mpirun(command()) } else { command() };
+    let matches = numbers::limited(command).try_get_matches_from(words)?;
     Ok(Cli::from_arg_matches(&matches)?)
 }
 

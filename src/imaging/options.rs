@@ -52,7 +52,7 @@ pub struct ImagingOptions {
     /// Weight each output channel with the density of all channels together.
     #[cfg_attr(feature = "cli", arg(long))]
     pub joint_weights: bool,
-    /// Relative error of the transforms between visibilities and image.
+    /// Relative error of the transforms between visibilities and image. Grids are in double precision if it is less than 1e-5.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = ImagingOptions::default().epsilon))]
     pub epsilon: f64,
     /// Leave out the w term.

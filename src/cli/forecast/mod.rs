@@ -155,11 +155,15 @@ pub(super) fn facts(outlook: &Outlook) -> Map<String, Value> {
     facts
 }
 
-/// The forecast of a command here, and on a cluster if one is asked for.
+/// The forecast of a command here, and on a cluster if one is asked for: `several` has the defaults of the processes that mpirun starts.
 ///
 /// # Errors
 /// The file or an option is wrong.
-pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, (context, words): (&Context, PlanWords)) -> Result<Outcome> {
+pub(super) fn forecast(
+    (command, several): (&dyn Plan, &dyn Plan),
+    args: &ForecastArgs,
+    (context, words): (&Context, PlanWords),
+) -> Result<Outcome> {
     // What the forecast itself takes comes after this.
     let start_bytes = Pilot::memory().0 as f64;
     let given = args.speeds()?;
@@ -176,7 +180,7 @@ pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, (context, words)
         return Ok(report::outcome(&here, (&planner.speeds, threads), None, disk));
     };
     planner.ranks = cluster.ranks();
-    let part = command.plan(&planner)?;
+    let part = several.plan(&planner)?;
     let shared = cluster.share(&part.forecast, &planner.speeds);
     Ok(report::outcome(&here, (&planner.speeds, threads), Some((&cluster, &shared)), disk))
 }

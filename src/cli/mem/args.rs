@@ -3,6 +3,7 @@
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::held_out::HoldOutArgs;
 use crate::cli::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, prior_file, range_file};
+use crate::cli::ranks;
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::MemOptions;
@@ -44,7 +45,8 @@ impl MemCommandArgs {
         if self.terms.terms.is_some() {
             let mut given = given_of(&self.imaging)?;
             given.extend(given_of(&self.mem)?);
-            given.retain(|name| !SHARED.contains(&name.as_str()));
+            let by_default = |name: &str| name == "epsilon" && ranks::is_default_epsilon(self.imaging.epsilon);
+            given.retain(|name| !SHARED.contains(&name.as_str()) && !by_default(name));
             given.extend(self.hold_out.is_given().then(|| "hold-out".to_owned()));
             refuse(&given, "no effect on images from closure quantities. Leave this out, or --terms")
         } else {

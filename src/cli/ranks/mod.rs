@@ -1,7 +1,10 @@
 //! Several processes on one command, as `mpirun` starts them. Process 0 prints and writes; the others only compute.
 
+mod defaults;
 #[cfg(feature = "mpi")]
 mod mpi;
+
+pub(super) use defaults::{for_mpirun, is_default_epsilon};
 
 use super::failure::{Failure, Result, ensure};
 use crate::memory::MemoryBudget;
@@ -29,13 +32,18 @@ struct Place {
 }
 
 impl Place {
-    fn read(variable: impl Fn(&str) -> Option<usize>) -> Self {
+    /// `None` where mpirun has not started the process.
+    fn read(variable: impl Fn(&str) -> Option<usize>) -> Option<Self> {
         let of = |names: [&str; 3]| Some(Self { size: variable(names[0])?, rank: variable(names[1])?, here: variable(names[2])? });
-        of(OPEN_MPI).or_else(|| of(MPICH)).unwrap_or(Self { size: 1, rank: 0, here: 1 })
+        of(OPEN_MPI).or_else(|| of(MPICH))
+    }
+
+    fn given() -> Option<Self> {
+        Self::read(|name| std::env::var(name).ok()?.parse().ok())
     }
 
     fn own() -> Self {
-        Self::read(|name| std::env::var(name).ok()?.parse().ok())
+        Self::given().unwrap_or(Self { size: 1, rank: 0, here: 1 })
     }
 }
 
@@ -75,6 +83,11 @@ pub(super) fn all() -> Arc<dyn Ranks> {
 /// How many processes share the command.
 pub(super) fn size() -> usize {
     all().size()
+}
+
+/// Whether mpirun has started this process, alone or with others.
+pub(super) fn by_mpirun() -> bool {
+    Place::given().is_some()
 }
 
 /// Whether this process only computes, and neither prints nor writes.
@@ -142,10 +155,9 @@ mod tests {
     #[test]
     fn what_srun_starts_are_runs_of_their_own() {
         let read = |set: &[(&str, usize)]| Place::read(|name| set.iter().find(|(n, _)| *n == name).map(|(_, v)| *v));
-        let alone = Place { size: 1, rank: 0, here: 1 };
-        assert_eq!(read(&[]), alone);
-        assert_eq!(read(&[("PMI_SIZE", 4), ("PMI_RANK", 2), ("SLURM_NTASKS", 4)]), alone);
-        let third = Place { size: 4, rank: 2, here: 3 };
+        assert_eq!(read(&[]), None);
+        assert_eq!(read(&[("PMI_SIZE", 4), ("PMI_RANK", 2), ("SLURM_NTASKS", 4)]), None);
+        let third = Some(Place { size: 4, rank: 2, here: 3 });
         assert_eq!(read(&[("PMI_SIZE", 4), ("PMI_RANK", 2), ("MPI_LOCALNRANKS", 3)]), third);
         assert_eq!(read(&[("OMPI_COMM_WORLD_SIZE", 4), ("OMPI_COMM_WORLD_RANK", 2), ("OMPI_COMM_WORLD_LOCAL_SIZE", 3)]), third);
     }
