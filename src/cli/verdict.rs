@@ -8,8 +8,10 @@ use crate::fourier::GridOptions;
 use crate::imaging::{Field, ImagingOptions, Outlook, RowSample};
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
-use crate::verdict::{Finding, ImageFacts, Residuals, left_beyond_noise, of_image, of_pedestal, of_residuals, sentence};
-use cittert_arrays::{BrightnessUnit, Image, Polarization, VisibilityHeader, VisibilitySource};
+use crate::verdict::{
+    Finding, ImageFacts, Residuals, left_beyond_noise, look_outside, of_image, of_pedestal, of_residuals, sentence, something_is_left,
+};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, Ranks, VisibilityHeader, VisibilitySource};
 use serde_json::{Value, json};
 
 /// Accuracy of the prediction. The rules compare with the noise of single visibilities, which is larger.
@@ -40,7 +42,11 @@ pub(super) fn of_model(
     // Without its zero spacing a thermal scene may have any flux.
     let positive = model.unit == BrightnessUnit::JyPerPixel;
     let flux = positive.then(|| model.data.sum() / model.spectrum.n_chan().max(1) as f64);
-    let sky = SkyModel::of_image(model).at(imaging.surface_of(&header.near_field)?);
+    let grid = model.grid.clone();
+    let surface = imaging.surface_of(&header.near_field)?;
+    // Of a scene near the array the image shows one surface, outside which there is no direction.
+    let around = surface.is_none().then_some(&grid);
+    let sky = SkyModel::of_image(model).at(surface);
     let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
     let quiet = Quiet(&context.console);
     let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {
@@ -49,7 +55,20 @@ pub(super) fn of_model(
         // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
         Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),
     };
-    of_prediction(data, &mut predicted, (flux, facts))
+    let mut judged = of_prediction(data, &mut predicted, (flux, facts))?;
+    if let Some(grid) = around.filter(|_| something_is_missing(&*data.ranks(), &judged))
+        && let Some(source) = look_outside(data, &mut predicted, judged.residuals.as_ref(), (grid, accuracy))?
+    {
+        judged.findings.insert(0, source.finding(grid, header.unit));
+    }
+    Ok(judged)
+}
+
+/// Whether the residuals that process 0 has show that something is missing.
+fn something_is_missing(ranks: &dyn Ranks, judged: &Judged) -> bool {
+    let mut missing = [f64::from(u8::from(judged.residuals.as_ref().is_some_and(something_is_left)))];
+    ranks.largest(&mut missing);
+    missing[0] > 0.0
 }
 
 /// Visibilities of one product that a verdict looks at. They are few enough for a transform in little memory, however large the set is.

@@ -1,6 +1,7 @@
 //! What makes a result doubtful, and what to do about it.
 
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Something that makes an image or a set of gains doubtful.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -10,14 +11,14 @@ pub struct Finding {
     /// What was seen, with its numbers.
     pub says: String,
     /// What to try next.
-    pub next: &'static str,
+    pub next: Cow<'static, str>,
 }
 
 impl Finding {
     /// A finding.
     #[must_use]
-    pub fn new(name: &'static str, says: impl Into<String>, next: &'static str) -> Self {
-        Self { name, says: says.into(), next }
+    pub fn new(name: &'static str, says: impl Into<String>, next: impl Into<Cow<'static, str>>) -> Self {
+        Self { name, says: says.into(), next: next.into() }
     }
 }
 

@@ -17,7 +17,7 @@ const INTERFERENCE: f64 = 1e-3;
 const DAMAGED: f64 = 0.01;
 /// An antenna whose baselines typically fit worse than all others by this factor has something of its own that is wrong.
 const ANTENNA: f64 = 2.5;
-/// The square of the residuals above which antennas are compared.
+/// The square of the residuals above which antennas are compared, and a source outside the image is looked for.
 const BEYOND_NOISE: f64 = 1.1;
 /// More antennas than this fraction are no exception.
 const FEW: f64 = 0.25;
@@ -73,6 +73,12 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
     }
     all.extend(flux.and_then(|flux| short_spacings(r, flux)));
     all
+}
+
+/// True if the residuals show more than noise and what pixels and components cannot describe, so that a source may be missing.
+#[must_use]
+pub fn something_is_left(r: &Residuals) -> bool {
+    if r.noise_known { r.mean > BEYOND_NOISE && r.unexplained > LIMITED } else { r.unexplained > UNEXPLAINED }
 }
 
 /// What a good fit leaves of data with so little noise that pixels and components describe the sky less well than the data show it.
@@ -136,7 +142,7 @@ fn short_spacings(r: &Residuals, flux: f64) -> Option<Finding> {
     })
 }
 
-fn angle(rad: f64) -> String {
+pub(super) fn angle(rad: f64) -> String {
     match rad.to_degrees() {
         d if d >= 0.1 => format!("{d:.2} deg"),
         d if d >= 0.1 / 3600.0 => format!("{:.1} arcsec", d * 3600.0),

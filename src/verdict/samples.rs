@@ -86,21 +86,36 @@ pub(super) fn look(data: &mut dyn VisibilitySource, model: &mut dyn ModelVisibil
 
 /// The samples of the rows of this process.
 fn own_samples(data: &mut dyn VisibilitySource, model: &mut dyn ModelVisibilities, hands: &mut HandsSum) -> Result<Samples> {
+    let mut samples = Samples::new();
+    for_each_looked_at(data, |header, blocks| {
+        // Each block has sums of its own, which are added in the order of the blocks.
+        let sum_of = |(_, block): &(usize, VisibilityBlock)| {
+            let mut sum = HandsSum::new(header);
+            sum.add(block);
+            sum
+        };
+        let sums: Vec<HandsSum> = blocks.par_iter().map(sum_of).collect();
+        sums.iter().for_each(|sum| hands.include(sum));
+        add(&mut samples, header, blocks, model)
+    })?;
+    Ok(samples)
+}
+
+/// Give `visit` those rows of this process that are looked at: some blocks at once, each with the index of its first row.
+///
+/// # Errors
+/// The data cannot be read, or `visit` fails.
+pub(super) fn for_each_looked_at(
+    data: &mut dyn VisibilitySource,
+    mut visit: impl FnMut(&VisibilityHeader, &[(usize, VisibilityBlock)]) -> Result<()>,
+) -> Result<()> {
     let header = data.header().clone();
-    let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
-    let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
+    let per_row = header.spectrum.n_chan() * header.polarizations.len();
+    let rows_at_once = MemoryBudget::default().block() / (per_row * BYTES_PER_SAMPLE).max(1);
     let (first, total) = place_among(&*data.ranks(), data.n_rows());
     let own = first..first + data.n_rows();
     let inside = |rows: Range<usize>| rows.start.max(own.start)..rows.end.min(own.end);
-    let all: Vec<Range<usize>> =
-        runs(total, n_chan * n_pol, rows_at_once).into_iter().map(inside).filter(|rows| !rows.is_empty()).collect();
-    let mut samples = Samples::new();
-    // Each block has sums of its own, which are added in the order of the blocks.
-    let sum_of = |(_, block): &(usize, VisibilityBlock)| {
-        let mut sum = HandsSum::new(&header);
-        sum.add(block);
-        sum
-    };
+    let all: Vec<Range<usize>> = runs(total, per_row, rows_at_once).into_iter().map(inside).filter(|rows| !rows.is_empty()).collect();
     let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
     let mut rows_held = 0;
     for (k, rows) in all.iter().enumerate() {
@@ -109,14 +124,12 @@ fn own_samples(data: &mut dyn VisibilitySource, model: &mut dyn ModelVisibilitie
         rows_held += rows.len();
         let next = all.get(k + 1).map_or(usize::MAX, Range::len);
         if rows_held.saturating_add(next) > rows_at_once {
-            let sums: Vec<HandsSum> = blocks.par_iter().map(sum_of).collect();
-            sums.iter().for_each(|sum| hands.include(sum));
-            add(&mut samples, &header, &blocks, model)?;
+            visit(&header, &blocks)?;
             blocks.clear();
             rows_held = 0;
         }
     }
-    Ok(samples)
+    Ok(())
 }
 
 /// The samples of all processes, in their order, in process 0.

@@ -1,5 +1,5 @@
 use super::residuals::Residuals;
-use super::{CrossCheck, ImageFacts, Levels, of_image, of_pedestal, of_residuals};
+use super::{CrossCheck, ImageFacts, Levels, look_outside, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
 use crate::deconvolve::CleanOptions;
 use crate::fixtures::{Noise, in_processes, positions, snapshot, swap_antennas};
@@ -242,5 +242,45 @@ fn several_processes_judge_the_residuals_of_one() {
             );
             assert!((all.mean / one.mean - 1.0).abs() < 1e-9 && (all.unexplained / one.unexplained - 1.0).abs() < 1e-9, "{all:?} {one:?}");
         }
+    }
+}
+
+/// A source that the image has no place for is found by the residuals of a point that it does hold, near the image and far from it; a wrong model of what lies
+/// within the image is no such source.
+#[test]
+fn a_source_outside_the_image_is_found() {
+    let grid = SkyGrid::new(64, 64, 3e-4, SkyFrame::Boresight).unwrap();
+    let accuracy = Accuracy { epsilon: 1e-4, no_w: false };
+    let look = |source: &mut dyn VisibilitySource, flux: f64| {
+        let mut model = PointModel { l: POINT.0, m: POINT.1, flux };
+        let residuals = Residuals::measure(source, &mut model).unwrap();
+        look_outside(source, &mut model, residuals.as_ref(), (&grid, accuracy)).unwrap()
+    };
+    for (l, m) in [(0.0101, -0.002), (0.02, 0.024), (-0.06, 0.03)] {
+        let set = observed(&[POINT, (l, m, 0.5)]);
+        let found = look(&mut set.clone(), POINT.2).unwrap();
+        assert!((found.l - l).abs() < 4e-4 && (found.m - m).abs() < 4e-4 && (found.flux - 0.5).abs() < 0.1, "{found:?}");
+        assert!(found.share > 0.6, "{found:?}");
+        let told = found.finding(&grid, VisUnit::Jy);
+        let size: f64 = told.next.split("--size ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((2.0..3.0).contains(&(size * grid.cell_rad / l.abs().max(m.abs()))) && told.says.contains("Jy"), "{told:?}");
+        for several in in_processes(3, &set, |source| look(source, POINT.2)) {
+            let several = several.unwrap();
+            assert!(
+                (several.l, several.m) == (found.l, found.m) && (several.share / found.share - 1.0).abs() < 1e-4,
+                "{several:?} {found:?}"
+            );
+        }
+    }
+    assert_eq!(look(&mut observed(&[POINT]), 0.5), None);
+    assert_eq!(look(&mut observed(&[(-POINT.0, POINT.1, 1.0)]), 1.0), None);
+    assert_eq!(look(&mut observed(&[POINT]), 1.0), None);
+    // A regular array shows whatever is wrong many times over, also outside the image.
+    let regular: Vec<[f64; 3]> = (0..25).map(|k| [0.1 * f64::from(k % 5), 0.1 * f64::from(k / 5), 0.0]).collect();
+    for seed in 1..6 {
+        let mut set = snapshot(&regular, &[94e9], &[Polarization::I], &[], (0.01, VisUnit::Jy));
+        let mut noise = Noise(seed);
+        set.data.vis.iter_mut().for_each(|v| *v += Complex32::new(noise.next() as f32, noise.next() as f32));
+        assert_eq!(look(&mut set, 1.0), None, "{seed}");
     }
 }
