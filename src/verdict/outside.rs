@@ -57,8 +57,8 @@ impl Outside {
             VisUnit::Uncalibrated => "",
         };
         let says = format!(
-            "a source of about {:.2e}{unit} lies outside the image, at l = {:.5}, m = {:.5} ({} from its centre): it explains {:.0} % of what the image leaves",
-            self.flux,
+            "a source of about {}{unit} lies outside the image, at l = {:.5}, m = {:.5} ({} from its centre): it explains {:.0} % of what the image leaves",
+            three_digits(self.flux),
             self.l,
             self.m,
             angle(self.l.hypot(self.m)),
@@ -66,8 +66,20 @@ impl Outside {
         );
         let half = self.l.abs().max(self.m.abs()) / grid.cell_rad;
         let size = good_size((2.0 * ROOM * half).ceil() as usize).max(grid.n_l.max(grid.n_m));
-        Finding::new("outside", says, format!("make an image that holds it: --size {size} --cell {:.4e}rad", grid.cell_rad))
+        Finding::new("outside", says, format!("make an image that holds it: --size {size} --cell {}", typed(grid.cell_rad)))
     }
+}
+
+/// Three digits of a positive number.
+fn three_digits(x: f64) -> String {
+    let places = 2 - x.log10().floor() as i32;
+    if (0..=6).contains(&places) { format!("{x:.*}", places as usize) } else { format!("{x:.2e}") }
+}
+
+/// An angle as an option takes it.
+fn typed(rad: f64) -> String {
+    let arcsec = rad.to_degrees() * 3600.0;
+    if (0.1..3600.0).contains(&arcsec) { format!("{arcsec:.4}arcsec") } else { format!("{rad:.4e}rad") }
 }
 
 /// The residuals of some rows: \[row, 3\] and \[row, chan\].
