@@ -57,7 +57,7 @@ impl Outside {
             VisUnit::Uncalibrated => "",
         };
         let says = format!(
-            "a source of about {}{unit} lies outside the image, at l = {:.5}, m = {:.5} ({} from its centre): it explains {:.0} % of what the image leaves",
+            "a source of about {}{unit} lies outside the image, at l = {:.3e}, m = {:.3e} ({} from its centre): it explains {:.0} % of what the image leaves",
             three_digits(self.flux),
             self.l,
             self.m,
