@@ -29,8 +29,8 @@ def case(seed):
         total = points(own, folder, name, field, count, wide)
         far, along = rng.uniform(0.52, 1.3) * field, rng.uniform(-1, 1)
         l, m = rng.choice([(far, far * along), (-far, far * along), (far * along, far), (far * along, -far)])
-        place.update(l=l, m=m, flux=total * 10 ** rng.uniform(-1.3, 0.3), ratio=None, cell=field / PIXELS)
-        place["ratio"] = place["flux"] / total
+        ratio = 10 ** rng.uniform(-1.3, 0.3)
+        place.update(l=l, m=m, flux=total * ratio, ratio=ratio, cell=field / PIXELS)
         with open(folder / name, "a") as file:
             file.write(f"{l},{m},{place['flux']},0,0,0\n")
         return total
