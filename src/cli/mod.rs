@@ -164,8 +164,8 @@ subcommands! {
 impl Command {
     /// Whether several processes can share the work.
     fn shares_work(&self) -> bool {
-        use Command::{Clean, Dirty, Mem, Predict, Selfcal, Simulate, Study};
-        matches!(self, Dirty(_) | Clean(_) | Mem(_) | Selfcal(_) | Simulate(_) | Predict(_) | Study(_))
+        use Command::{Clean, Convert, Dirty, Mem, Predict, Selfcal, Simulate, Study};
+        matches!(self, Dirty(_) | Clean(_) | Mem(_) | Selfcal(_) | Simulate(_) | Predict(_) | Convert(_) | Study(_))
     }
 
     /// Whether the subcommand makes images from visibilities.
@@ -237,7 +237,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         ranks::refuse_several("a forecast is made by one. Start it without mpirun; --nodes says how many machines are meant")?;
     } else if !cli.command.shares_work() {
         ranks::refuse_several(
-            "only dirty, clean, mem, selfcal, simulate, predict and study can share their work. Start this one without mpirun",
+            "only dirty, clean, mem, selfcal, simulate, predict, convert and study can share their work. Start this one without mpirun",
         )?;
     }
     let loudness = match (cli.quiet || ranks::is_silent(), cli.verbose) {

@@ -12,10 +12,11 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{OutputArgs, SetFiles};
 use super::planned::check_room_for_set;
+use super::ranks;
 use crate::imaging::StillFeeds;
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
-use cittert_arrays::{VisibilitySource, for_each_block};
+use cittert_arrays::{ArrayError, InTurn, VisibilityBlock, VisibilitySink, VisibilitySource, for_each_block, rows_of_block};
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::{ColumnSink, Compression, CreateOptions, Edit, Holds, format_of};
 use serde_json::json;
@@ -41,6 +42,8 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     ensure!(!args.delays || matches!(holds, Holds::Gains(_)), Failure::usage(format!("{input}: --delays is for gains")));
     match holds {
         Holds::Visibilities(_) => visibilities(args, &input, context),
+        // Small files are for one process.
+        Holds::Images(_) | Holds::Gains(_) if ranks::is_silent() => Ok(Outcome::default()),
         Holds::Images(_) => image(args, input.only("the first is an image")?, &out, context),
         Holds::Gains(_) => gains(args, input.only("the first is a gain table")?, context),
         Holds::Sources(_) => Err(Failure::usage(format!("{input}: this is a source list, which has no other format"))),
@@ -49,7 +52,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn visibilities(args: &ConvertArgs, input: &SetFiles, context: &Context) -> Result<Outcome> {
-    let mut source = input.open_chosen(&args.column, context)?;
+    let mut source = input.open_chosen_whole(&args.column, context)?;
     if args.derotate {
         source = Box::new(StillFeeds::new(source).context(format!("{input}"))?);
     }
@@ -63,8 +66,11 @@ fn visibilities(args: &ConvertArgs, input: &SetFiles, context: &Context) -> Resu
         && !changed
     {
         let edit = Edit { overwrite: args.overwrite, history: vec![context.history()], ..Edit::default() };
-        if let Some(copy) = cittert_formats::edit_visibilities(one, &args.output, &edit)? {
-            return copied(args, input, source.as_mut(), copy.sink);
+        let edited = || cittert_formats::edit_visibilities(one, &args.output, &edit);
+        let copy = if ranks::is_silent() { None } else { edited()? };
+        let is_copy = ranks::all().exchange(vec![u8::from(copy.is_some())]).first() == Some(&vec![1]);
+        if is_copy {
+            return copy.map_or_else(|| Ok(Outcome::default()), |copy| copied(args, input, source.as_mut(), copy.sink));
         }
     }
     if args.compression.is_none_or(|c| c == Compression::None) {
@@ -78,19 +84,14 @@ fn visibilities(args: &ConvertArgs, input: &SetFiles, context: &Context) -> Resu
     header.history.extend(beside.notes.iter().cloned());
     let options =
         CreateOptions { overwrite: args.overwrite, append: args.append, compression: args.compression, columns: beside.columns.clone() };
-    let created = cittert_formats::create_visibilities_with(&args.output, &header, &options)?;
+    let create = || cittert_formats::create_visibilities_with(&args.output, &header, &options);
+    let created = (!ranks::is_silent()).then(create).transpose()?;
     let mut notes = std::mem::take(&mut beside.notes);
-    notes.extend(created.notes);
+    notes.extend(created.iter().flat_map(|c| c.notes.iter().cloned()));
     notes.iter().chain(&lost).for_each(|note| context.console.note(note));
-    let mut sink = created.sink;
-    let mut rows = 0;
-    for_each_block(source.as_mut(), MemoryBudget::default().block(), |first, block| -> Result<()> {
-        rows += block.n_rows();
-        let columns = beside.read(first..first + block.n_rows())?;
-        let views: Vec<_> = columns.iter().map(|c| c.view()).collect();
-        Ok(sink.write_columns(&block, &views)?)
-    })
-    .context(format!("converting {input}"))?;
+    let mut sink = created.map(|created| WithColumns { sink: created.sink, beside, rows: 0 });
+    in_turn(source.as_mut(), sink.as_mut()).context(format!("converting {input}"))?;
+    let Some(WithColumns { sink, rows, .. }) = sink else { return Ok(Outcome::default()) };
     // Some notes depend on the data and exist only now.
     for note in sink.finish_with_notes().context(format!("writing {}", args.output.display()))? {
         if !notes.contains(&note) {
@@ -101,6 +102,37 @@ fn visibilities(args: &ConvertArgs, input: &SetFiles, context: &Context) -> Resu
     let verb = if args.append { " appended" } else { "" };
     let text = format!("{}: {rows} rows{verb}", args.output.display());
     Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes, "lost": lost }), text).wrote(&args.output))
+}
+
+/// An output, and the columns that go into it beside the data.
+struct WithColumns {
+    sink: Box<dyn ColumnSink>,
+    beside: Beside,
+    rows: usize,
+}
+
+impl VisibilitySink for WithColumns {
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
+        let columns = self.beside.read(self.rows..self.rows + block.n_rows())?;
+        self.rows += block.n_rows();
+        let views: Vec<_> = columns.iter().map(|c| c.view()).collect();
+        Ok(self.sink.write_columns(block, &views)?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), ArrayError> {
+        self.sink.finish()
+    }
+}
+
+/// Read blocks by processes in turn; process 0 has the output, and writes them.
+fn in_turn(source: &mut dyn VisibilitySource, out: Option<&mut WithColumns>) -> Result<()> {
+    let mut turns = InTurn::new(ranks::all(), out.map(|out| out as &mut dyn VisibilitySink));
+    let (n_rows, step) = (source.n_rows(), rows_of_block(source.header(), MemoryBudget::default().block()));
+    for start in (0..n_rows).step_by(step) {
+        let own = turns.is_own().then(|| source.read_rows(start..(start + step).min(n_rows))).transpose()?;
+        turns.write(own)?;
+    }
+    Ok(())
 }
 
 /// A file of the same format is a copy with one more line of history. All rows are read, so that damage is found.

@@ -7,6 +7,7 @@ use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::options::{OutputArgs, SetFiles};
 use crate::cli::planned::check_room_for_set;
+use crate::cli::ranks;
 use crate::memory::MemoryBudget;
 use cittert_arrays::{SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use cittert_formats::{ColumnSink, CreateOptions};
@@ -29,7 +30,7 @@ struct Part {
     rows: usize,
 }
 
-/// Cut a set and write its parts.
+/// Cut a set and write its parts. Several processes write some of the parts each.
 ///
 /// # Errors
 /// A cut that the set does not allow, an output that exists, a damaged input, or an error of the file system.
@@ -52,9 +53,11 @@ pub(super) fn split(args: &ConvertArgs, input: &SetFiles, source: &mut dyn Visib
     header.history.extend(notes.iter().cloned());
     let options =
         CreateOptions { overwrite: args.overwrite, append: false, compression: args.compression, columns: beside.columns.clone() };
-    let n_batches = all.len().div_ceil(BATCH);
-    for batch in all.chunks_mut(BATCH) {
-        pass(source, &mut beside, (&parts, &mut *batch, n_batches > 1), &mut |part: &Part| {
+    let processes = ranks::all();
+    let (n, own) = (all.len(), own_parts(&parts, (processes.rank(), processes.size())));
+    let some_only = own.len() < n || n > BATCH;
+    for batch in all[own].chunks_mut(BATCH) {
+        pass(source, &mut beside, (&parts, &mut *batch, some_only), &mut |part: &Part| {
             let created = cittert_formats::create_visibilities_with(&part.path, &header_of(&header, part)?, &options)?;
             notes.extend(created.notes.into_iter().filter(|n| !notes.contains(n)).collect::<Vec<_>>());
             Ok(created.sink)
@@ -67,8 +70,16 @@ pub(super) fn split(args: &ConvertArgs, input: &SetFiles, source: &mut dyn Visib
             }
         }
     }
+    let told = processes.exchange(notes.join("\n").into_bytes());
+    for note in told.iter().flat_map(|told| String::from_utf8_lossy(told).lines().map(str::to_owned).collect::<Vec<_>>()) {
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
     notes.iter().chain(&lost).for_each(|note| context.console.note(note));
-    let n = all.len();
+    let mut rows: Vec<f64> = all.iter().map(|part| part.rows as f64).collect();
+    processes.sum(&mut rows);
+    all.iter_mut().zip(rows).for_each(|(part, rows)| part.rows = rows as usize);
     all.retain(|part| part.rows > 0);
     if all.len() < n {
         context.console.note(&format!("{} parts have no rows, and no file", n - all.len()));
@@ -77,6 +88,12 @@ pub(super) fn split(args: &ConvertArgs, input: &SetFiles, source: &mut dyn Visib
     let text = all.iter().map(|p| format!("{}: {} rows", p.path.display(), p.rows)).collect::<Vec<_>>().join("\n");
     let json = json!({ "outputs": files, "n_blts": source.n_rows(), "notes": notes, "lost": lost });
     Ok(all.iter().fold(Outcome::new(json, text), |o, p| o.wrote(&p.path)))
+}
+
+/// The parts that a process writes: neighbours, with all parts of some groups of rows where there are enough groups.
+fn own_parts(parts: &Parts, (rank, size): (usize, usize)) -> Range<usize> {
+    let (unit, n) = if parts.groups() >= size { (parts.n() / parts.groups(), parts.groups()) } else { (1, parts.n()) };
+    unit * (rank * n / size)..unit * ((rank + 1) * n / size)
 }
 
 /// The parts with the names of their files.

@@ -71,6 +71,14 @@ impl SetFiles {
         self.open_column(column.chosen().unwrap_or_default(), context)
     }
 
+    /// Open the chosen column, all rows in each process.
+    ///
+    /// # Errors
+    /// As [`SetFiles::open_chosen`].
+    pub fn open_chosen_whole(&self, column: &ColumnArgs, context: &Context) -> Result<Box<dyn VisibilitySource>> {
+        self.whole(column.chosen().unwrap_or_default(), context)
+    }
+
     /// Open the data, all rows in each process.
     ///
     /// # Errors
