@@ -9,6 +9,7 @@ use super::joint_solution::{FROZEN, Joint, JointGoals, Lattice, faint, joint, jo
 use super::joint_tuning::JointSchedule;
 use super::model::ModelVisibilities;
 use super::options::SolveOptions;
+use super::over_ranks::of_all;
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
 use super::row_averages::Averages;
 use super::unknown_gains::UnknownGains;
@@ -126,8 +127,8 @@ impl JointMaker {
         }
         drop(imager);
         let (gains, uvw_m) = self.gathered(data, &grid, observer)?;
-        let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
-        let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
+        let asked_for = self.imaging.grid_options();
+        let grid_options = GridOptions { epsilon: asked_for.relaxed_to(self.options.goals.tuning.epsilon), ..asked_for };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?.through(response);
         let (smoothness, beam, lambda, flux) = match smooth {
@@ -152,7 +153,8 @@ impl JointMaker {
         observer: &dyn Observer,
     ) -> Result<(Arc<UnknownGains>, Array2<f64>)> {
         let memory = self.imaging.memory;
-        let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
+        let ranks = data.ranks();
+        let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?.shared_by(ranks.clone());
         let mut places: Vec<f64> = Vec::new();
         let mut gather = |block: VisibilityBlock| -> Result<()> {
             for row in builder.add(&block)? {
@@ -161,7 +163,10 @@ impl JointMaker {
             Ok(())
         };
         let of_row = data.header().spectrum.n_chan() * data.header().polarizations.len() * BYTES_OF_DATUM;
-        if data.n_rows().saturating_mul(of_row) > memory.joint_data() {
+        // All processes average if one must.
+        let mut too_many = [data.n_rows() as f64 * of_row as f64 - memory.joint_data() as f64];
+        ranks.largest(&mut too_many);
+        let read = if too_many[0] > 0.0 {
             observer.event(Event::Note("the data of the joint solution are averaged over time, as far as no pixel of the image can tell"));
             let averages = Averages::new(data.header(), grid, self.options.solve.solint);
             let mut rows = 0;
@@ -169,10 +174,11 @@ impl JointMaker {
                 rows += block.n_rows();
                 check_joint(rows.saturating_mul(of_row))?;
                 gather(block)
-            })?;
+            })
         } else {
-            for_each_block(data, memory.block(), |_, block| gather(block))?;
-        }
+            for_each_block(data, memory.block(), |_, block| gather(block))
+        };
+        of_all(&*ranks, read.map(|()| Vec::new()))?;
         let gains = Arc::new(builder.finish()?);
         let uvw_m = Array2::from_shape_fn((places.len() / 3, 3), |(r, k)| places[3 * r + k]);
         Ok((gains, uvw_m))
@@ -339,7 +345,7 @@ impl ModelMaker for JointMaker {
             }
         };
         let unit = problem.solver.objective().unit;
-        let weight: f64 = problem.gains.weights().iter().map(|w| f64::from(*w)).sum();
+        let weight = problem.gains.weight_of_all();
         let Some(stage) = self.options.goals.tuning.stages.get(step) else { return Ok(None) };
         problem.solver.improve(&mut state, stage.strength / (weight * unit * unit), stage.steps, observer)?;
         let metrics = self.shown.show(data, &problem.model(&state), &Quiet(observer))?;

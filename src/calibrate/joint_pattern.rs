@@ -250,7 +250,7 @@ impl<'s, 'a, 'o> ThroughPattern<'s, 'a, 'o> {
     /// The shift that the band asks for, rad; `None` where it is less than its uncertainty times `least`, or the data do not tell.
     fn asked_for(&mut self, state: &MemState, least: f64) -> Result<Option<[f64; 2]>> {
         let model = self.imager.predict(&state.image)?;
-        let Some((shift, sigma)) = self.gains.shift(model, self.at.u, self.at.v) else { return Ok(None) };
+        let Some((shift, sigma)) = self.gains.shift(model, self.at.u, self.at.v)? else { return Ok(None) };
         let grid = self.imager.objective().chi2.grid();
         let far = |n: usize| FAR * n as f64 * grid.cell_rad;
         let (l, m) = (shift[0].clamp(-far(grid.n_l), far(grid.n_l)), shift[1].clamp(-far(grid.n_m), far(grid.n_m)));
@@ -261,7 +261,7 @@ impl<'s, 'a, 'o> ThroughPattern<'s, 'a, 'o> {
     /// Tell the user how well the position of the scene is known.
     fn say_position(&mut self, state: &MemState) -> Result<()> {
         let model = self.imager.predict(&state.image)?;
-        let text = match self.gains.shift(model, self.at.u, self.at.v) {
+        let text = match self.gains.shift(model, self.at.u, self.at.v)? {
             Some((_, [l, m])) => {
                 let cell = self.imager.objective().chi2.grid().cell_rad;
                 format!(

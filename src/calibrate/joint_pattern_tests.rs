@@ -1,14 +1,14 @@
 //! The joint solution of a scene that fills the frame of elements with a pattern, from phases of which nothing is known.
 
 use super::*;
-use crate::fixtures::{Recorder, positions};
+use crate::fixtures::{Recorder, in_processes, positions};
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::mem::Prior;
 use crate::simulate::{SimulateOptions, SkyModel, TrackOptions, simulate_set};
 use cittert_arrays::quantity::{Angle, Duration, Temperature};
 use cittert_arrays::{
     Antenna, ArrayLayout, BrightnessUnit, ElementPattern, Image, LayoutFrame, Polarization, SkyFrame, SkyGrid, SpectralWindow, VisUnit,
-    VisibilitySet,
+    VisibilitySet, VisibilitySource,
 };
 use ndarray::{Array2, Array4};
 use num_complex::Complex32;
@@ -62,7 +62,13 @@ fn observed(phases: &[f64], sigma: f64) -> VisibilitySet {
 
 /// The scene that a maker finds, K.
 fn found(phases: &[f64], sigma: f64, told: &Recorder) -> Array2<f64> {
+    found_in(&mut observed(phases, sigma), 1e-5, told)
+}
+
+/// The scene that a maker finds in a set, with transforms of this error.
+fn found_in(set: &mut dyn VisibilitySource, epsilon: f64, told: &Recorder) -> Array2<f64> {
     let imaging = ImagingOptions {
+        epsilon,
         size: Some(ImageSize::square(SIDE)),
         cell: Some(Angle(CELL)),
         weighting: Weighting::Natural,
@@ -71,7 +77,7 @@ fn found(phases: &[f64], sigma: f64, told: &Recorder) -> Array2<f64> {
     let solve = SolveOptions { feeds: FeedGroups::Joined, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
     let mut maker = JointMaker::new(imaging, JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() });
     let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
-    maker.update(&mut observed(phases, sigma), &plan, told).unwrap();
+    maker.update(set, &plan, told).unwrap();
     let grid = SkyGrid::new(SIDE, SIDE, CELL, SkyFrame::Boresight).unwrap();
     let image = &maker.solution().unwrap().state.image;
     Array2::from_shape_fn((SIDE, SIDE), |(i, j)| {
@@ -103,4 +109,17 @@ fn a_scene_that_fills_the_frame_comes_back_where_it_is_through_unknown_phases() 
         assert!(error < 1.2 * floor, "seed {seed}: {error}, with phases of 0 {floor}, grey {grey}");
         assert!(told.messages().concat().contains("position of the scene"), "{:?}", told.messages());
     }
+}
+
+/// The steps of the image are taken in single precision and end before they have converged, so a last digit can grow.
+#[test]
+fn several_processes_find_as_good_a_scene() {
+    let set = observed(&crate::closure::testdata::random_phases(ELEMENTS, std::f64::consts::PI, 1), 0.01);
+    let run = |source: &mut dyn VisibilitySource| found_in(source, 9e-6, &Recorder::default());
+    let one = in_processes(1, &set, run).remove(0);
+    let all = in_processes(2, &set, run);
+    assert_eq!(all[0], all[1], "the same bits in all processes");
+    assert!((error(&one) / error(&all[0]) - 1.0).abs() < 0.02, "{} {}", error(&one), error(&all[0]));
+    let worst = one.iter().zip(&all[0]).fold(0.0_f64, |d, (a, b)| d.max((a - b).abs()));
+    assert!(worst < 0.2 * error(&one), "{worst} K");
 }

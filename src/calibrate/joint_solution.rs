@@ -92,7 +92,7 @@ pub fn joint(
 ) -> Result<Joint> {
     let grid = imager.objective().chi2.grid().clone();
     let unit = imager.objective().unit;
-    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let weight = gains.weight_of_all();
     let mut state = imager.start();
     let mut stages = Vec::new();
     let mut noise_factor = None;
@@ -142,7 +142,7 @@ pub fn joint(
 
 /// The image of the first stage, in which the data have little weight.
 pub(super) fn faint(imager: &mut MemImager<'_>, gains: &UnknownGains, first: JointStep, observer: &dyn Observer) -> Result<MemState> {
-    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let weight = gains.weight_of_all();
     let unit = imager.objective().unit;
     let mut state = imager.start();
     gains.restart();
@@ -161,7 +161,7 @@ pub(super) const FROZEN: f64 = 1e12;
 /// As [`joint`].
 pub fn joint_near_unity(imager: &mut MemImager<'_>, gains: &UnknownGains, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
     let unit = imager.objective().unit;
-    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let weight = gains.weight_of_all();
     let mut state = imager.start();
     let mut found = Stages::default();
     let tuning = &goals.tuning;
@@ -293,7 +293,7 @@ fn to_the_middle(image: &Array2<f64>) -> Result<(i64, i64)> {
 /// Cells by which the image must move to fit the data best. It is 0 where the data do not determine the move to within a cell.
 fn asked_for(imager: &mut MemImager<'_>, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
-    let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
+    let Some((shift, sigma)) = gains.shift(model, at.u, at.v)? else { return Ok((0, 0)) };
     // The error of the shift grows with the misfit, because an image far from the data does not determine the shift better.
     let worse = state.chi2_per_datum.sqrt();
     let cells = |shift: f64, sigma: f64, limit: usize| {

@@ -1,12 +1,12 @@
 //! The whole joint solution of a small extended scene with unknown phases.
 
 use super::*;
-use crate::fixtures::{Noise, Recorder, positions, snapshot};
+use crate::fixtures::{Noise, Recorder, in_processes, positions, repeated, snapshot};
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::mem::Prior;
 use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
-use cittert_arrays::{Polarization, SkyGrid, VisUnit, VisibilitySet};
+use cittert_arrays::{Polarization, SkyGrid, VisUnit, VisibilitySet, VisibilitySource};
 use ndarray::{Array2, s};
 use num_complex::Complex32;
 
@@ -116,7 +116,7 @@ fn a_set_that_does_not_fit_into_memory_is_averaged_and_gives_as_good_an_image() 
     let phases = crate::closure::testdata::random_phases(40, std::f64::consts::PI, 2);
     // Every integration has noise of its own.
     let set = || {
-        let mut set = crate::fixtures::repeated(observed(&phases, 1e-6), 16, 0.0);
+        let mut set = repeated(observed(&phases, 1e-6), 16, 0.0);
         let (sigma, mut noise) = (0.9, Noise(5));
         let mut draw = || (sigma * 3.0_f64.sqrt() * noise.next()) as f32;
         set.data.vis.mapv_inplace(|v| v + Complex32::new(draw(), draw()));
@@ -135,6 +135,40 @@ fn a_set_that_does_not_fit_into_memory_is_averaged_and_gives_as_good_an_image() 
     // Chi squared of the averages lacks the scatter within them. Its target has the same relative tolerance, so they are fitted more closely.
     let (whole, averaged) = (nrmse(&whole), nrmse(&averaged));
     assert!(averaged < 1.05 * whole && averaged < 0.25, "{averaged}, of the whole set {whole}");
+}
+
+/// Phases near 1 and phases of which nothing is known, with gains of the whole set and of each integration, whose rows are in several processes or in one.
+#[test]
+fn image_and_gains_do_not_depend_on_the_number_of_processes() {
+    for (size, solint) in
+        [(0.1, SolutionInterval::Infinite), (std::f64::consts::PI, SolutionInterval::Infinite), (0.1, SolutionInterval::Integration)]
+    {
+        let phases = crate::closure::testdata::random_phases(40, size, 2);
+        let set = repeated(observed(&phases, 0.5), 3, 0.0);
+        let run = |source: &mut dyn VisibilitySource| {
+            // In single precision every process rounds the sums of its own rows.
+            let imaging = ImagingOptions { epsilon: 9e-6, ..imaging() };
+            let options = options();
+            let solve = SolveOptions { solint, ..options.solve.clone() };
+            let mut m = JointMaker::new(imaging, JointOptions { solve, ..options });
+            let mut options = SelfcalOptions::new(GainMode::Phase, solint, 1);
+            options.solve.feeds = FeedGroups::Joined;
+            let result = selfcal(source, &mut m, Start::Data, &options, None, &Silent).unwrap();
+            let joint = m.solution().unwrap().clone();
+            (model(&m), result.best().gains.clone(), joint)
+        };
+        let one = in_processes(1, &set, run).remove(0);
+        let top = one.0.iter().fold(0.0_f64, |t, v| t.max(*v));
+        for processes in [2, 4] {
+            for other in in_processes(processes, &set, run) {
+                let worst = one.0.iter().zip(&other.0).fold(0.0_f64, |d, (a, b)| d.max((a - b).abs())) / top;
+                let gains = one.1.gains.iter().zip(&other.1.gains).fold(0.0, |d, (a, b)| (a - b).norm().max(d));
+                let of = |j: &Joint| j.stages.iter().map(|s| (s.evaluations, s.moved)).collect::<Vec<_>>();
+                assert_eq!(of(&one.2), of(&other.2), "{processes} processes: the same steps");
+                assert!(worst < 1e-6 && gains < 1e-6, "{size} {solint:?}, {processes} processes: image {worst:e}, gains {gains:e}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -52,6 +52,29 @@ impl Pairs {
         self.mm(p, q) > 0.0 && self.vm(p, q) != ZERO
     }
 
+    /// Numbers that all sums between `n` antennas are.
+    pub(crate) fn n_sums(n: usize) -> usize {
+        3 * n * n.saturating_sub(1) / 2
+    }
+
+    /// Append the sums as numbers.
+    pub(crate) fn put_sums(&self, to: &mut Vec<f64>) {
+        for p in 0..self.n {
+            to.extend((p + 1..self.n).flat_map(|q| [self.vm(p, q).re, self.vm(p, q).im, self.mm(p, q)]));
+        }
+    }
+
+    /// Take sums from the numbers of [`Pairs::put_sums`].
+    pub(crate) fn set_sums(&mut self, from: &[f64]) {
+        let n = self.n;
+        let ends = (0..n).flat_map(|p| (p + 1..n).map(move |q| (p, q)));
+        for ((p, q), sums) in ends.zip(from.chunks_exact(3)) {
+            let vm = Complex64::new(sums[0], sums[1]);
+            (self.vm[p * n + q], self.vm[q * n + p]) = (vm, vm.conj());
+            (self.mm[p * n + q], self.mm[q * n + p]) = (sums[2], sums[2]);
+        }
+    }
+
     /// The baselines between some of the antennas.
     pub(crate) fn subset(&self, keep: &[usize]) -> Self {
         let mut s = Self::new(keep.len());

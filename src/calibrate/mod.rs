@@ -42,6 +42,7 @@ mod degeneracy;
 mod delay;
 mod evidence;
 mod gain_differences;
+mod gains_over_ranks;
 mod grouping;
 mod held_out;
 mod identify;

@@ -7,6 +7,7 @@
 //! # Reference
 //! Cotton 2009, Effects of baseline dependent time averaging of UV data, Obit memo 13 (averages whose length depends on the baseline).
 
+use super::over_ranks::{begin, first_row};
 use crate::Result;
 use crate::closure::{SolutionInterval, TimeBins};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
@@ -71,6 +72,11 @@ impl Averages {
         block_bytes: usize,
         mut work: impl FnMut(VisibilityBlock) -> Result<()>,
     ) -> Result<()> {
+        let ranks = data.ranks();
+        if ranks.size() > 1 {
+            // Intervals begin with the first row of all processes.
+            begin(&mut self.bins, &*ranks, first_row(data, |_, _| true))?;
+        }
         for_each_block(data, block_bytes, |_, block| -> Result<()> {
             self.add(&block)?;
             if self.done.len() >= ROWS { work(self.take()?) } else { Ok(()) }

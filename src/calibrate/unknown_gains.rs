@@ -7,11 +7,13 @@
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413 (variable projection); Cornwell & Wilkinson 1981, MNRAS 196, 1067.
 
+use super::gains_over_ranks::{OfBaselines, Sharing};
 use super::least_squares::{Pairs, refine_pairs, solve_pairs};
+use crate::Result;
 use crate::misfit::VisibilityTerm;
+use cittert_arrays::Ranks;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
 
@@ -45,8 +47,11 @@ pub(super) struct Problem {
 /// The data of a set with unknown gains: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
 ///
 /// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval are not used there.
+///
+/// Several processes may have a part of the rows each. What takes a model is then called by all of them, each with the model of its rows.
 #[derive(Debug)]
 pub struct UnknownGains {
+    pub(super) sharing: Sharing,
     pub(super) rows: Vec<Row>,
     pub(super) n_chan: usize,
     pub(super) group_of: Vec<usize>,
@@ -126,7 +131,7 @@ impl UnknownGains {
     pub fn rms_from_unity(&self) -> f64 {
         let problems = self.lock();
         let (mut sum, mut count) = (0.0, 0_usize);
-        for p in problems.iter().filter(|p| p.gains.len() > p.active) {
+        for p in self.counted(&problems).filter(|p| p.gains.len() > p.active) {
             let reference = p.gains[p.active].conj();
             for g in &p.gains[..p.active] {
                 let ratio = g * reference;
@@ -134,7 +139,14 @@ impl UnknownGains {
                 count += 1;
             }
         }
-        if count > 0 { (sum / count as f64).sqrt() } else { 0.0 }
+        let [sum, count] = self.sharing.sum([sum, count as f64]);
+        if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+    }
+
+    /// The problems that this process counts for all.
+    fn counted<'a>(&'a self, problems: &'a [Problem]) -> impl Iterator<Item = &'a Problem> {
+        let n = self.n_group * self.n_feed;
+        problems.iter().enumerate().filter(move |(k, _)| self.sharing.counts(k / n)).map(|(_, p)| p)
     }
 
     /// True if amplitudes are solved, not phases alone.
@@ -173,6 +185,12 @@ impl UnknownGains {
     #[must_use]
     pub fn weights(&self) -> Vec<f32> {
         self.weight.chunks(self.hands.len()).map(|w| w.iter().sum()).collect()
+    }
+
+    /// Sum of the weights of the data of all processes.
+    #[must_use]
+    pub fn weight_of_all(&self) -> f64 {
+        self.sharing.sum([self.weights().iter().map(|w| f64::from(*w)).sum()])[0]
     }
 
     /// The data calibrated with the gains that fit `model` \[n\] best, averaged over the hands \[n\].
@@ -214,7 +232,8 @@ impl UnknownGains {
                 }
             });
         }
-        (count > 0).then(|| sum / count as f64)
+        let [sum, count] = self.sharing.sum([sum, count as f64]);
+        (count > 0.0).then(|| sum / count)
     }
 
     /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, that fits the data best with free gains,
@@ -222,13 +241,15 @@ impl UnknownGains {
     ///
     /// Gains can absorb every shift of a single channel at a single time. They cannot absorb a shift over a band or a rotation of the
     /// Earth: a shift changes phases in proportion to the frequency, and gains of the whole band are constant.
-    #[must_use]
-    pub fn shift(&self, model: &[Complex64], u: &[f64], v: &[f64]) -> Option<([f64; 2], [f64; 2])> {
+    ///
+    /// # Errors
+    /// Another process has failed.
+    pub fn shift(&self, model: &[Complex64], u: &[f64], v: &[f64]) -> Result<Option<([f64; 2], [f64; 2])>> {
         let problems = self.solve(model);
         let n = self.n_group * self.n_feed;
         let mut s = [0.0; 5];
         // For each baseline and problem: the parts of the shift derivatives and of the residual that a change of the phase can absorb.
-        let mut phase: BTreeMap<(u32, u32, usize), [f64; 4]> = BTreeMap::new();
+        let mut phase = OfBaselines::new();
         for (r, row) in self.rows.iter().enumerate() {
             let first = r * self.n_chan;
             let mut here = vec![[0.0; 4]; n];
@@ -248,18 +269,26 @@ impl UnknownGains {
                 p.iter_mut().zip(h).for_each(|(p, h)| *p += h);
             }
         }
-        let whole = [s[0], s[2]];
-        for p in phase.values().filter(|p| p[0] > 0.0) {
-            let less = [p[1] * p[1], p[1] * p[2], p[2] * p[2], p[1] * p[3], p[2] * p[3]];
-            s.iter_mut().zip(less).for_each(|(s, l)| *s -= l / p[0]);
-        }
+        let common = self.sharing.of_common(n, &phase)?;
+        phase.retain(|(.., problem), _| !self.sharing.is_common(n, *problem));
+        let absorbed = |phase: &OfBaselines| {
+            let each = phase.values().filter(|p| p[0] > 0.0);
+            each.fold([0.0; 5], |mut sum: [f64; 5], p| {
+                let parts = [p[1] * p[1], p[1] * p[2], p[2] * p[2], p[1] * p[3], p[2] * p[3]];
+                sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part / p[0]);
+                sum
+            })
+        };
+        let (s, own) = (self.sharing.sum(s), self.sharing.sum(absorbed(&phase)));
+        let (whole, common) = ([s[0], s[2]], absorbed(&common));
+        let s: [f64; 5] = std::array::from_fn(|k| s[k] - own[k] - common[k]);
         let det = s[0] * s[2] - s[1] * s[1];
         // If the phases can absorb the shift completely, only rounding errors remain.
         if !(det > 1e-9 * s[0] * s[2] && s[0] > 1e-9 * whole[0] && s[2] > 1e-9 * whole[1]) {
-            return None;
+            return Ok(None);
         }
         let shift = [(s[2] * s[3] - s[1] * s[4]) / det, (s[0] * s[4] - s[1] * s[3]) / det];
-        Some((shift, [(s[2] / det).sqrt(), (s[0] / det).sqrt()]))
+        Ok(Some((shift, [(s[2] / det).sqrt(), (s[0] / det).sqrt()])))
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Problem>> {
@@ -305,7 +334,7 @@ impl UnknownGains {
         let held = self.held();
         if held.all {
             let problems = self.lock();
-            if problems.iter().all(|p| p.active < 2 || !p.gains.is_empty()) {
+            if self.sharing.all(problems.iter().all(|p| p.active < 2 || !p.gains.is_empty())) {
                 return problems;
             }
         }
@@ -331,20 +360,21 @@ impl UnknownGains {
         });
         let prior = self.prior();
         let mut problems = self.lock();
-        // The expectation is one more antenna of gain 1, which measures every gain with the weight of the expectation.
         let more = usize::from(prior > 0.0);
         let mut pairs: Vec<Pairs> = problems.iter().map(|p| Pairs::new(p.active + more)).collect();
-        if prior > 0.0 {
-            for (pairs, p) in pairs.iter_mut().zip(problems.iter()) {
-                (0..p.active).for_each(|a| pairs.add(a, p.active, Complex64::new(prior, 0.0), prior));
-            }
-        }
         for (row, sums) in self.rows.iter().zip(sums.chunks(n)) {
             for (i, s) in sums.iter().enumerate().filter(|(_, s)| s.mm > 0.0) {
                 let at = row.interval as usize * n + i;
                 if let Some((p, q)) = problems[at].ends(row) {
                     pairs[at].add(p, q, s.vm, s.mm);
                 }
+            }
+        }
+        self.sharing.add_up(n, &mut pairs);
+        // The expectation is one more antenna of gain 1, which measures every gain with the weight of the expectation.
+        if prior > 0.0 {
+            for (pairs, p) in pairs.iter_mut().zip(problems.iter()) {
+                (0..p.active).for_each(|a| pairs.add(a, p.active, Complex64::new(prior, 0.0), prior));
             }
         }
         problems.par_iter_mut().zip(&pairs).filter(|(p, _)| p.active > 1).for_each(|(problem, pairs)| {
@@ -408,6 +438,10 @@ impl VisibilityTerm for Arc<UnknownGains> {
     fn add(&self, model: &[Complex64], weight: f64, gradient: &mut [Complex64]) -> f64 {
         self.as_ref().add(model, weight, gradient)
     }
+
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        self.as_ref().ranks()
+    }
 }
 
 impl VisibilityTerm for UnknownGains {
@@ -417,6 +451,10 @@ impl VisibilityTerm for UnknownGains {
 
     fn data(&self) -> usize {
         self.data
+    }
+
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        self.sharing.ranks()
     }
 
     fn add(&self, model: &[Complex64], weight: f64, gradient: &mut [Complex64]) -> f64 {
@@ -441,10 +479,10 @@ impl VisibilityTerm for UnknownGains {
             .collect();
         let prior = self.prior();
         let apart = |p: &Problem| -> f64 { p.gains[..p.active].iter().map(|g| (g * p.gains[p.active].conj() - ONE).norm_sqr()).sum() };
-        let expected: f64 = problems.iter().filter(|p| p.gains.len() > p.active).map(apart).sum();
+        let expected: f64 = self.counted(problems).filter(|p| p.gains.len() > p.active).map(apart).sum();
         // Gains of the expected size add 1 each, which is not a misfit of the data.
-        let usual = if prior > 0.0 { problems.iter().map(|p| p.active as f64).sum() } else { 0.0 };
+        let usual = if prior > 0.0 { self.counted(problems).map(|p| p.active as f64).sum() } else { 0.0 };
         // The sum has a fixed order, so that it is the same for any number of threads.
-        sums.iter().sum::<f64>() + prior * expected - usual
+        self.sharing.sum([sums.iter().sum::<f64>() + prior * expected - usual])[0]
     }
 }

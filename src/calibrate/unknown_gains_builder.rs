@@ -1,29 +1,39 @@
 //! Collects the data of a set for [`UnknownGains`].
 
 use super::antenna_fit::prune;
+use super::gains_over_ranks::Sharing;
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::least_squares::Pairs;
 use super::options::{GainMode, Outliers, SolveOptions};
+use super::over_ranks::begin;
 use super::unknown_gains::{ONE, Problem, Row, UnknownGains};
 use crate::closure::TimeBins;
 use crate::{ChainError, Result};
-use cittert_arrays::{VisibilityBlock, VisibilityHeader};
+use cittert_arrays::{Alone, Ranks, VisibilityBlock, VisibilityHeader};
 use num_complex::{Complex, Complex32};
-use std::collections::HashMap;
-use std::sync::{Mutex, RwLock};
+use std::fmt;
+use std::sync::{Arc, Mutex, RwLock};
 
 /// Collects the rows of a set for [`UnknownGains`].
-#[derive(Debug)]
 pub struct UnknownGainsBuilder {
+    ranks: Arc<dyn Ranks>,
     channels: ChannelPlan,
     feeds: FeedPlan,
     options: SolveOptions,
     n_ant: usize,
     bins: TimeBins,
-    intervals: HashMap<i64, u32>,
-    rows: Vec<Row>,
+    /// Antennas of each row.
+    ends: Vec<(u32, u32)>,
+    /// Time (JD) and integration (s) of each row.
+    times: Vec<[f64; 2]>,
     vis: Vec<Complex32>,
     weight: Vec<f32>,
+}
+
+impl fmt::Debug for UnknownGainsBuilder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("UnknownGainsBuilder").field("rows", &self.ends.len()).field("options", &self.options).finish_non_exhaustive()
+    }
 }
 
 impl UnknownGainsBuilder {
@@ -47,22 +57,30 @@ impl UnknownGainsBuilder {
             return unable("outliers", "on", "none");
         }
         Ok(Self {
+            ranks: Arc::new(Alone),
             channels: ChannelPlan::new(&header.spectrum, options.channels)?,
             feeds: FeedPlan::new(header, options.feeds)?,
             options: options.clone(),
             n_ant: header.layout.n_ant(),
             bins: TimeBins::new(options.solint),
-            intervals: HashMap::new(),
-            rows: Vec::new(),
+            ends: Vec::new(),
+            times: Vec::new(),
             vis: Vec::new(),
             weight: Vec::new(),
         })
     }
 
+    /// The rows that are added are those of one of these processes. All of them must finish.
+    #[must_use]
+    pub fn shared_by(mut self, ranks: Arc<dyn Ranks>) -> Self {
+        self.ranks = ranks;
+        self
+    }
+
     /// Add a block. Returns the rows that were used, which are all rows except autocorrelations and rows without data.
     ///
     /// # Errors
-    /// An interval shorter than an integration, an antenna that the header does not have.
+    /// An antenna that the header does not have.
     pub fn add(&mut self, block: &VisibilityBlock) -> Result<Vec<usize>> {
         let coverage = &block.coverage;
         let hands: Vec<usize> = (0..self.feeds.of_pol.len()).filter(|p| self.feeds.of_pol[*p].is_some()).collect();
@@ -94,28 +112,39 @@ impl UnknownGainsBuilder {
                 self.weight.truncate(from);
                 continue;
             }
-            let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
-            let next = self.intervals.len() as u32;
-            let interval = *self.intervals.entry(key).or_insert(next);
-            self.rows.push(Row { ant1, ant2, interval });
+            self.ends.push((ant1, ant2));
+            self.times.push([coverage.time_jd[row], coverage.integration_s[row]]);
             taken.push(row);
         }
         Ok(taken)
     }
 
+    /// The intervals of all processes, and the rows of this one.
+    fn rows(&mut self) -> Result<(Sharing, Vec<Row>)> {
+        let times = std::mem::take(&mut self.times);
+        begin(&mut self.bins, &*self.ranks, Ok(times.first().copied()))?;
+        let keys = times.iter().map(|[time_jd, integration_s]| self.bins.key(*time_jd, *integration_s)).collect();
+        let (sharing, intervals) = Sharing::of(self.ranks.clone(), keys)?;
+        let ends = std::mem::take(&mut self.ends);
+        Ok((sharing, ends.into_iter().zip(intervals).map(|((ant1, ant2), interval)| Row { ant1, ant2, interval }).collect()))
+    }
+
     /// The term, with gains still unknown.
     ///
     /// # Errors
-    /// No usable cross-correlation, no antenna with enough baselines in any interval.
-    pub fn finish(self) -> Result<UnknownGains> {
-        if self.rows.is_empty() {
+    /// No usable cross-correlation, an interval shorter than an integration, no antenna with enough baselines in any interval.
+    pub fn finish(mut self) -> Result<UnknownGains> {
+        let (sharing, rows) = self.rows()?;
+        if sharing.n() == 0 {
             return Err(ChainError::NoData("no usable cross-correlation: nothing to image or calibrate".into()));
         }
         let hands: Vec<usize> = self.feeds.of_pol.iter().flatten().copied().collect();
         let (n_group, n_feed) = (self.channels.n_groups(), self.feeds.names.len());
-        let n_problem = self.intervals.len() * n_group * n_feed;
+        let per = n_group * n_feed;
+        let n_problem = sharing.n() * per;
         let mut term = UnknownGains {
-            rows: self.rows,
+            sharing,
+            rows,
             n_chan: self.channels.group_of.len(),
             group_of: self.channels.group_of,
             n_group,
@@ -130,7 +159,8 @@ impl UnknownGainsBuilder {
             held: Mutex::default(),
             frame: RwLock::default(),
         };
-        let mut links = vec![Pairs::new(self.n_ant); n_problem];
+        let has = |problem: usize| term.sharing.has(problem / per);
+        let mut links: Vec<Pairs> = (0..n_problem).map(|problem| Pairs::new(if has(problem) { self.n_ant } else { 0 })).collect();
         let mut present = vec![false; self.n_ant];
         for (r, row) in term.rows.iter().enumerate() {
             let samples = term.samples(r);
@@ -140,10 +170,15 @@ impl UnknownGainsBuilder {
                 present[row.ant2 as usize] = true;
             }
         }
+        term.sharing.add_up(per, &mut links);
+        term.sharing.any(&mut present);
         let needed = self.options.baselines_needed(present.iter().filter(|p| **p).count());
         let problems: Vec<Problem> = links
             .into_iter()
             .map(|pairs| {
+                if pairs.n == 0 {
+                    return Problem { place: Vec::new(), active: 0, gains: Vec::new() };
+                }
                 let mut flagged = vec![None; self.n_ant];
                 prune(&[pairs], &mut flagged, needed);
                 let mut active = 0;
@@ -164,11 +199,12 @@ impl UnknownGainsBuilder {
                 used += usize::from(term.weight[at] > 0.0);
             }
         }
+        let counted = problems.iter().enumerate().filter(|(k, p)| p.active > 0 && term.sharing.counts(k / per));
+        let unknowns: usize = counted.map(|(_, p)| p.active - 1 + if term.amplitudes { p.active } else { 0 }).sum();
+        let [used, unknowns] = term.sharing.sum([used as f64, unknowns as f64]).map(|n| n as usize);
         if used == 0 {
             return Err(ChainError::NoData(format!("no antenna has {needed} baselines with data in any solution interval")));
         }
-        let unknowns: usize =
-            problems.iter().filter(|p| p.active > 0).map(|p| p.active - 1 + if term.amplitudes { p.active } else { 0 }).sum();
         term.data = (2 * used).saturating_sub(unknowns).max(1);
         term.problems = Mutex::new(problems);
         Ok(term)

@@ -4,9 +4,10 @@ use super::unknown_gains_builder::UnknownGainsBuilder;
 use crate::ChainError;
 use crate::closure::SolutionInterval;
 use crate::closure::testdata::{Scene, cis, random_phases};
+use crate::fixtures::in_processes;
 use crate::misfit::VisibilityTerm;
 use crate::misfit::check::gradient_error;
-use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilitySet};
+use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilitySet, VisibilitySource};
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;
 
@@ -123,7 +124,7 @@ fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() 
     let moved: Vec<_> = s.sources.iter().map(|(l, m, f)| (l - 2e-7, m + 1e-7, *f)).collect();
     let (wrong, u, v) = model(&set, &moved);
     let t = term(&set, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() });
-    let (shift, sigma) = t.shift(&wrong, &u, &v).unwrap();
+    let (shift, sigma) = t.shift(&wrong, &u, &v).unwrap().unwrap();
     assert!((shift[0] - 2e-7).abs() < 1e-8 && (shift[1] + 1e-7).abs() < 1e-8, "{shift:?}");
     assert!(sigma.iter().all(|s| *s < 1e-8), "{sigma:?}");
     // With one channel and one solution for each integration, the gains absorb the shift.
@@ -131,7 +132,7 @@ fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() 
     let set = s.set(|_, p, _, _| cis(phases[p]));
     let (wrong, u, v) = model(&set, &moved);
     let t = term(&set, &SolveOptions { solint: SolutionInterval::Integration, ..SolveOptions::default() });
-    assert!(t.shift(&wrong, &u, &v).is_none());
+    assert!(t.shift(&wrong, &u, &v).unwrap().is_none());
 }
 
 #[test]
@@ -199,4 +200,50 @@ fn what_cannot_be_solved_is_refused() {
         UnknownGainsBuilder::new(&set.header, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() }).unwrap();
     assert!(builder.add(&flagged.data).unwrap().is_empty());
     assert!(matches!(builder.finish(), Err(ChainError::NoData(_))));
+}
+
+/// Intervals of two integrations, in files whose rows follow the time or the baselines: in one process, in two, and in all.
+#[test]
+fn processes_find_the_sums_of_one() {
+    let phases = random_phases(7, 0.2, 6);
+    let mut set = Scene { n_time: 6, ..scene() }.set(|_, p, _, _| cis(phases[p]) * (1.0 + 0.01 * p as f64));
+    set.data.flags[(0, 0, 0)] = true;
+    let mut by_baseline: Vec<usize> = (0..set.data.n_rows()).collect();
+    by_baseline.sort_by_key(|r| (set.data.coverage.ant1[*r], set.data.coverage.ant2[*r]));
+    let mut turned = VisibilitySet { data: set.data.rows(0..0).unwrap(), ..set.clone() };
+    by_baseline.iter().for_each(|r| turned.data.append(&set.data.rows(*r..r + 1).unwrap()).unwrap());
+    let interval = 2.0 * set.data.coverage.integration_s[0];
+    for set in [set, turned] {
+        let run = |source: &mut dyn VisibilitySource| {
+            let options = SolveOptions { mode: GainMode::AmpPhase, solint: SolutionInterval::Seconds(interval), ..SolveOptions::default() };
+            let (header, data) = (source.header().clone(), source.read_rows(0..source.n_rows()).unwrap());
+            let mut builder = UnknownGainsBuilder::new(&header, &options).unwrap().shared_by(source.ranks());
+            builder.add(&data).unwrap();
+            let t = builder.finish().unwrap();
+            let own = VisibilitySet { header, data };
+            let (sky, u, v) = model(&own, &[(1e-4, 2e-4, 3.0), (-3e-4, 1e-4, 1.0)]);
+            let mut slope = vec![Complex64::default(); sky.len()];
+            let mut all = vec![t.data() as f64, t.weight_of_all()];
+            for expectation in [0.0, 100.0] {
+                t.expect_unity(expectation);
+                all.extend([t.add(&sky, 1.0, &mut slope), t.rms_from_unity(), t.noise_factor(&sky).unwrap()]);
+            }
+            if let Some((shift, sigma)) = t.shift(&sky, &u, &v).unwrap() {
+                all.extend(shift.into_iter().chain(sigma));
+            }
+            (all, slope)
+        };
+        let one = in_processes(1, &set, run).remove(0);
+        assert_eq!(one.0.len(), 12);
+        for size in [2, 3, 5] {
+            let parts = in_processes(size, &set, run);
+            for (all, _) in &parts {
+                let worst = one.0.iter().zip(all).fold(0.0_f64, |d, (a, b)| d.max((a - b).abs() / a.abs().max(1e-12)));
+                assert!(worst < 1e-7, "{size} processes: {worst:e} {:?} {all:?}", one.0);
+            }
+            let slopes = parts.iter().flat_map(|p| &p.1);
+            let top = one.1.iter().fold(0.0_f64, |t, s| t.max(s.norm()));
+            assert!(one.1.iter().zip(slopes).all(|(a, b)| (a - b).norm() < 1e-7 * top), "{size} processes");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use super::real::Real;
 use super::sorted_rows::SortedRows;
 use super::transform::Transform;
 use crate::{ChainError, Result};
-use cittert_arrays::{ArrayError, SkyGrid};
+use cittert_arrays::{Alone, ArrayError, Ranks, SkyGrid};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 
@@ -28,8 +28,17 @@ impl<T: Real> Pair<T> {
     /// # Errors
     /// No kernel reaches epsilon, a frequency is not positive, or a uvw is not finite.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, opts: &GridOptions) -> Result<Self> {
-        let n_vis = (uvw_m.nrows() * freq_hz.len()) as u64;
-        let transform = Transform::new(grid, freq_hz, UvwExtent::of(uvw_m), opts, n_vis)?;
+        Self::shared(grid, (freq_hz, uvw_m), opts, &Alone)
+    }
+
+    /// The pair of one of several processes, each of which has some of the rows. All have the same grid and kernel.
+    ///
+    /// # Errors
+    /// As [`Pair::new`].
+    pub fn shared(grid: &SkyGrid, (freq_hz, uvw_m): (&[f64], ArrayView2<'_, f64>), opts: &GridOptions, ranks: &dyn Ranks) -> Result<Self> {
+        let mut n_vis = [(uvw_m.nrows() * freq_hz.len()) as f64];
+        ranks.sum(&mut n_vis);
+        let transform = Transform::new(grid, freq_hz, UvwExtent::of(uvw_m).shared(ranks), opts, n_vis[0] as u64)?;
         let rows = transform.sort(uvw_m)?;
         Ok(Self { transform, rows, n_rows: uvw_m.nrows(), shape: (grid.n_m, grid.n_l) })
     }

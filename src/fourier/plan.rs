@@ -10,7 +10,7 @@ use super::real::Real;
 use super::wplanes::{SLAB, WBasis, WTerm};
 use crate::values::need;
 use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
+use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -47,6 +47,14 @@ impl UvwExtent {
         };
         let parts = uvw_m.axis_chunks_iter(Axis(0), ROWS).into_par_iter();
         parts.map(of_part).reduce(Self::default, Self::union)
+    }
+
+    /// The extent of the rows of all processes.
+    #[must_use]
+    pub fn shared(self, ranks: &dyn Ranks) -> Self {
+        let mut all = [self.u_m, self.v_m, self.w_m];
+        ranks.largest(&mut all);
+        Self { u_m: all[0], v_m: all[1], w_m: all[2] }
     }
 
     /// The extent with a tenth of room on all sides, because the next rows often need a slightly larger one.

@@ -84,7 +84,7 @@ pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub use outlook::{Field, Outlook, PassCounts, RowSample};
 pub(crate) use output::Kind;
 pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
-pub(crate) use over_ranks::finished;
+pub(crate) use over_ranks::{finished, summed};
 pub use pol::{DataCounts, PolSelector};
 pub use products::Products;
 pub use reduction::ReducedBlock;

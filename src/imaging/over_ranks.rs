@@ -14,6 +14,13 @@ pub(crate) fn finished<T: Real, P: Real>(ranks: &dyn Ranks, gridder: Gridder<T>)
         return gridder.finish();
     }
     let mut image: Array2<f64> = gridder.finish();
-    image.as_slice_mut().into_iter().flat_map(|all| all.chunks_mut(PART)).for_each(|part| ranks.sum(part));
+    summed(ranks, &mut image);
     in_precision(image)
+}
+
+/// Replace an image by the sum of those of all processes.
+pub(crate) fn summed(ranks: &dyn Ranks, image: &mut Array2<f64>) {
+    if ranks.size() > 1 {
+        image.as_slice_mut().into_iter().flat_map(|all| all.chunks_mut(PART)).for_each(|part| ranks.sum(part));
+    }
 }

@@ -83,14 +83,13 @@ impl Survey {
         self.counts.share(ranks);
         self.total_power.share(ranks);
         ranks.sum(&mut self.channel_weight);
-        let UvwExtent { u_m, v_m, w_m } = self.extent;
-        let mut largest = vec![u_m, v_m, w_m, self.uv_range_wl.1, times.1, -self.uv_range_wl.0, -times.0];
+        self.extent = self.extent.shared(ranks);
+        let mut largest = vec![self.uv_range_wl.1, times.1, -self.uv_range_wl.0, -times.0];
         let n = largest.len();
         largest.extend(self.shortest_by_octave_wl.iter().map(|x| -x));
         ranks.largest(&mut largest);
-        self.extent = UvwExtent { u_m: largest[0], v_m: largest[1], w_m: largest[2] };
-        self.uv_range_wl = (-largest[5], largest[3]);
-        *times = (-largest[6], largest[4]);
+        self.uv_range_wl = (-largest[2], largest[0]);
+        *times = (-largest[3], largest[1]);
         self.shortest_by_octave_wl.iter_mut().zip(&largest[n..]).for_each(|(x, negative)| *x = -negative);
     }
 }

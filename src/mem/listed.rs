@@ -2,7 +2,7 @@
 
 use super::data_term::DataTerm;
 use crate::fourier::{GridOptions, Pair};
-use crate::imaging::ImageMisfit;
+use crate::imaging::{ImageMisfit, summed};
 use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::SkyGrid;
@@ -31,10 +31,11 @@ impl Listed {
         options: &GridOptions,
         term: Box<dyn VisibilityTerm>,
     ) -> Result<Self> {
+        let ranks = term.ranks();
         let transforms = if options.single_precision_suffices() {
-            Transforms::Single(Pair::new(grid, freq_hz, uvw_m, options)?)
+            Transforms::Single(Pair::shared(grid, (freq_hz, uvw_m), options, &*ranks)?)
         } else {
-            Transforms::Double(Pair::new(grid, freq_hz, uvw_m, options)?)
+            Transforms::Double(Pair::shared(grid, (freq_hz, uvw_m), options, &*ranks)?)
         };
         let zeros = vec![Complex64::default(); uvw_m.nrows() * freq_hz.len()];
         Ok(Self { transforms, term, model: zeros.clone(), slope: zeros })
@@ -42,13 +43,17 @@ impl Listed {
 
     /// The adjoint transform of the gradient with respect to the visibilities.
     fn transpose(&mut self) -> Result<Array2<f64>> {
-        let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
+        let ranks = self.term.ranks();
+        let mut top = [self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max)];
+        ranks.largest(&mut top);
+        let [top] = top;
         ensure!(top.is_finite(), ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         let scale = if top > 0.0 { 1.0 / top } else { 1.0 };
         let mut image = match &mut self.transforms {
             Transforms::Single(p) => p.adjoint(&self.slope, scale)?,
             Transforms::Double(p) => p.adjoint(&self.slope, scale)?,
         };
+        summed(&*ranks, &mut image);
         image.par_mapv_inplace(|v| v * (1.0 / scale));
         Ok(image)
     }

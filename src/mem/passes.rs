@@ -2,12 +2,12 @@
 
 use super::beam::{BeamHessian, SHRINK};
 use super::data_term::DataTerm;
-use crate::fourier::{GridOptions, Transform, UvwExtent};
+use crate::fourier::{GridOptions, Real, Transform, UvwExtent};
 use crate::imaging::{ImageMisfit, Imager, finished};
 use crate::progress::{Observer, Quiet};
 use crate::{ChainError, Result, ensure};
 use ndarray::{ArrayView2, CowArray, Ix2, s};
-use num_complex::{Complex32, Complex64};
+use num_complex::{Complex, Complex64};
 
 /// Chi squared of an output channel of an imager.
 pub(super) struct Passes<'i, 's> {
@@ -46,7 +46,16 @@ impl BeamHessian {
     ///
     /// # Errors
     /// No visibility has a weight above 0, or the source cannot be read.
-    pub fn in_passes((imager, channel): (&mut Imager<'_>, usize), factor: f64, observer: &dyn Observer) -> Result<Self> {
+    pub fn in_passes(at: (&mut Imager<'_>, usize), factor: f64, observer: &dyn Observer) -> Result<Self> {
+        // Steps follow the Hessian, and those of several processes must not differ where double precision is asked for.
+        if at.0.options().grid_options().single_precision_suffices() {
+            Self::gridded::<f32>(at, factor, observer)
+        } else {
+            Self::gridded::<f64>(at, factor, observer)
+        }
+    }
+
+    fn gridded<T: Real>((imager, channel): (&mut Imager<'_>, usize), factor: f64, observer: &dyn Observer) -> Result<Self> {
         let range = imager.channels()[channel].clone();
         let sum: f64 = imager.survey().channel_weight[range.clone()].iter().sum();
         ensure!(sum > 0.0, ChainError::NoData("no visibility has a weight above 0".into()));
@@ -55,13 +64,13 @@ impl BeamHessian {
         let extent = imager.survey().extent;
         let stretched = UvwExtent { u_m: extent.u_m / SHRINK, v_m: extent.v_m / SHRINK, w_m: 0.0 };
         let options = GridOptions { memory: imager.options().memory, ..Self::grid_options() };
-        let transform = Transform::<f32>::new(&Self::field(&grid), &freq_hz, stretched, &options, imager.n_transformed(channel))?;
+        let transform = Transform::<T>::new(&Self::field(&grid), &freq_hz, stretched, &options, imager.n_transformed(channel))?;
         let mut gridder = transform.gridder();
         imager.for_each_weighed(&Quiet(observer), |block| {
             let rows = transform.sort(Self::stretch(block.uvw_m.view()).view())?;
             let weight = block.weight.slice(s![.., range.clone()]);
             gridder.add_sorted(&rows, |row, out| {
-                out.iter_mut().zip(weight.row(row)).for_each(|(o, w)| *o = Complex32::new((f64::from(*w) / sum) as f32, 0.0));
+                out.iter_mut().zip(weight.row(row)).for_each(|(o, w)| *o = Complex::new(T::of(f64::from(*w) / sum), T::of(0.0)));
             })
         })?;
         Ok(Self::of_beam(&grid, finished(&*imager.ranks(), gridder), factor * sum))

@@ -1,10 +1,13 @@
 //! One term of chi squared over model visibilities.
 
+use cittert_arrays::{Alone, Ranks};
 use num_complex::Complex;
+use std::sync::Arc;
 
 /// A term of chi squared over model visibilities: value and gradient together.
 ///
-/// The model is one flat list, row after row and channel after channel of the problem, in the unit of the data.
+/// The model is one flat list, row after row and channel after channel of the problem, in the unit of the data. Where several processes share the data,
+/// each has the model of its own rows, and value and number are those of all.
 pub trait VisibilityTerm: Send + Sync {
     /// A short name for reports.
     fn name(&self) -> &'static str;
@@ -16,6 +19,11 @@ pub trait VisibilityTerm: Send + Sync {
     ///
     /// Adds `weight` (d chi2 / d Re V + i d chi2 / d Im V) to `gradient` \[n\].
     fn add(&self, model: &[Complex<f64>], weight: f64, gradient: &mut [Complex<f64>]) -> f64;
+
+    /// The processes that share the data.
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        Arc::new(Alone)
+    }
 }
 
 #[cfg(test)]

@@ -78,10 +78,11 @@ def test_deep_cleans_are_those_of_one_process(cittert, algorithm):
         assert np.abs(one - several).max() <= 1e-7 * np.abs(one).max(), n
 
 
-def test_images_and_gains_of_selfcal_are_those_of_one_process(cittert):
+@pytest.mark.parametrize("deconvolver", [[], ["--deconvolver", "hogbom"], ["--deconvolver", "mem"]], ids=["auto", "hogbom", "mem"])
+def test_images_and_gains_of_selfcal_are_those_of_one_process(cittert, deconvolver):
     simulate(cittert)
     cittert("corrupt", "v.uvh5", "-o", "wrong.uvh5", "--seed", 1, "--phase-rms", "60deg")
-    words = ["selfcal", "wrong.uvh5", *IMAGING, "--deconvolver", "hogbom", "-o"]
+    words = ["selfcal", "wrong.uvh5", *IMAGING, *deconvolver, "-o"]
     results = []
     for n in [1, 2, 4]:
         subprocess.run(mpirun(n, *words, f"of{n}"), cwd=cittert.folder, env=ENV, check=True, capture_output=True)
@@ -124,7 +125,7 @@ def test_the_verdict_is_that_of_one_process(cittert, command, wrong_phases):
 
 def test_other_commands_and_options_refuse_several_processes(cittert):
     simulate(cittert)
-    for words in [["info", "v.uvh5"], ["convert", "v.uvh5", "w.uvh5"], ["mem", "v.uvh5", *IMAGING[:4], "--terms", "cphase", "-o", "c"]]:
+    for words in [["info", "v.uvh5"], ["selfcal", "v.uvh5", "--pointing", "-o", "c"], ["mem", "v.uvh5", *IMAGING[:4], "--terms", "cphase", "-o", "c"]]:
         run = subprocess.run(mpirun(2, *words), cwd=cittert.folder, env=ENV, capture_output=True, text=True)
         assert run.returncode == 2 and run.stderr.count("error: 2 processes share this command") == 1, run.stderr
     assert sorted(os.listdir(cittert.folder)) == ["s.csv", "v.uvh5"]

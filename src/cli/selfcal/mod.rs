@@ -311,11 +311,6 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
 
 /// Check the options and outputs at once instead of after the calibration.
 fn check(args: &SelfcalArgs, input: &SetFiles) -> Result<()> {
-    if !matches!(args.clean.algorithm, Algorithm::Clean(_)) {
-        ranks::refuse_several(
-            "selfcal then cleans, and solves no image together with the gains. Give --deconvolver hogbom, clark or multiscale",
-        )?;
-    }
     if !args.feed_terms.is_empty() || args.pointing.pointing {
         ranks::refuse_several("selfcal then solves for gains only. Leave out --solve and --pointing, or start it without mpirun")?;
     }
