@@ -19,6 +19,8 @@ pub enum Event<'a> {
     Done,
     /// One major cycle of a deconvolution, or one step of an iteration.
     Cycle {
+        /// The output channel, from 0, of an image that has several.
+        channel: Option<usize>,
         /// Number of the cycle, starting at 1.
         number: usize,
         /// Components or iterations so far.

@@ -200,6 +200,7 @@ pub fn selfcal(
             }
         };
         observer.event(Event::Cycle {
+            channel: None,
             number: next + 1,
             iterations: record.metrics.iterations,
             peak: record.metrics.peak,

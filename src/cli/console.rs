@@ -156,9 +156,14 @@ impl Observer for Console {
                 }
             }
             Event::Done => self.end(&mut s),
-            Event::Cycle { number, iterations, peak, flux, rms } => {
-                let text = format!("cycle {number}: {iterations} iterations, peak {peak:.4e}, flux {flux:.4e}, rms {rms:.4e}");
-                self.step(&mut s, &text, &json!({"cycle": number, "iterations": iterations, "peak": peak, "flux": flux, "rms": rms}));
+            Event::Cycle { channel, number, iterations, peak, flux, rms } => {
+                let of = channel.map_or(String::new(), |k| format!("channel {k}, "));
+                let text = format!("{of}cycle {number}: {iterations} iterations, peak {peak:.4e}, flux {flux:.4e}, rms {rms:.4e}");
+                let mut json = json!({"cycle": number, "iterations": iterations, "peak": peak, "flux": flux, "rms": rms});
+                if let Some(channel) = channel {
+                    json["channel"] = channel.into();
+                }
+                self.step(&mut s, &text, &json);
             }
             Event::Entropy { number, evaluations, chi2, kkt, flux, lambda } => {
                 let text = format!("step {number}: {evaluations} evaluations, chi2/N {chi2:.4}, KKT {kkt:.2e}, flux {flux:.4e}");

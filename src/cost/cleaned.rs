@@ -79,6 +79,8 @@ impl Held<'_> {
         let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
         let logs = points * points.log2();
         let images = self.plane(3.0 * SINGLE) + out * work.components * COMPONENT;
+        // Processes share out the channels.
+        let own = (out / self.outlook.processes as f64).ceil();
         // Each scale of multiscale CLEAN finds its components as Högbom does.
         let in_tiles = work.hogbom || work.scales > 1.0;
         let of_tiles = if in_tiles { self.plane(SINGLE) } else { 0.0 };
@@ -88,10 +90,10 @@ impl Held<'_> {
         let convolutions = if in_tiles { 0.5 } else { 6.0 } * cycles + rounds * (work.scales - 1.0 + ROUND);
         let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles);
         Stage { whole: true, ..stage }.doing([
-            (Term::Component, out * work.components),
-            (Term::Tile, if in_tiles { out * work.components * tiles } else { 0.0 }),
-            (Term::MinorPixel, out * pixels * steps),
-            (Term::Convolve, out * logs * convolutions),
+            (Term::Component, own * work.components),
+            (Term::Tile, if in_tiles { own * work.components * tiles } else { 0.0 }),
+            (Term::MinorPixel, own * pixels * steps),
+            (Term::Convolve, own * logs * convolutions),
         ])
     }
 

@@ -1,6 +1,6 @@
 //! The stages of `selfcal` where image and gains are solved together: evaluations of the fit, whose time is measured on some rows.
 
-use super::held::{COVERAGE, DOUBLE, Held};
+use super::held::{COVERAGE, DOUBLE, Held, SINGLE};
 use super::image::{InputFormat, fits};
 use super::sampled::{RAW, STORED, STORED_ROW};
 use super::stage::{Forecast, Stage};
@@ -64,7 +64,8 @@ pub fn joint(
     let set = values * RAW + held.rows() * COVERAGE;
     let (evaluations, begun) = if held_out { (JUDGED, BEGUN) } else { (UNJUDGED, 1.0) };
     let read = Stage { read_bytes: held.file(), ..Stage::new("read", set) };
-    let solve = Stage::new("image and gains", set + times.held_bytes);
+    let summed_bytes = evaluations * held.plane(SINGLE);
+    let solve = Stage { summed_bytes, ..Stage::new("image and gains", set + times.held_bytes) };
     let mut stages = vec![
         held.start(),
         read.doing([(format.term(), values), (Term::ReadRow, held.rows())]),

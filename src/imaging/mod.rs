@@ -10,6 +10,7 @@ mod background;
 mod banded;
 mod beam_fit;
 mod cells;
+mod channel_cycles;
 mod cleaned;
 mod clock;
 mod components;
@@ -20,6 +21,7 @@ mod delta_t;
 mod imager;
 pub mod major;
 mod mean_from;
+mod minor_cycles;
 mod near;
 mod near_passes;
 #[cfg(test)]

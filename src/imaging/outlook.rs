@@ -86,6 +86,8 @@ pub struct Outlook {
     pub grid: SkyGrid,
     /// Number of output channels.
     pub channels_out: usize,
+    /// Number of processes that share the set.
+    pub processes: usize,
     /// Rows, channels and products of the set.
     pub shape: (u64, usize, usize),
     /// Part of the rows that are imaged.
@@ -241,6 +243,7 @@ impl Outlook {
         let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
         let outlook = Self {
             channels_out: channels.len(),
+            processes: 1,
             shape: (n_rows, freq_hz.len(), header.polarizations.len()),
             used: sample.used,
             kept,
@@ -276,6 +279,7 @@ impl Outlook {
         let by = |n: u64| n.div_ceil(ranks.max(1) as u64);
         let mut own = self.clone();
         own.shape.0 = by(self.shape.0);
+        own.processes = ranks.max(1);
         own.memory = memory;
         own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
         own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;

@@ -125,3 +125,31 @@ fn all_processes_find_what_is_wrong_with_the_set() {
         assert!(matches!(error, Err(ChainError::NoData(_))), "{error:?}");
     }
 }
+
+/// Each process cleans some channels; with five processes two have none.
+#[test]
+fn channels_that_are_shared_out_are_those_of_one_process() {
+    let sources = [(0.012, 0.005, 1.0), (-0.004, 0.009, 0.4)];
+    let set = snapshot(&positions(24, 0.5, 0.01, 3), &[92e9, 94e9, 96e9], &[Polarization::I], &sources, (0.05, VisUnit::Jy));
+    for (algorithm, auto_mask) in [("hogbom", None), ("clark", Some(5.0)), ("multiscale", None)] {
+        let run = |source: &mut dyn VisibilitySource| {
+            let mut imager =
+                Imager::new(source, ImagingOptions { channels_out: 3, epsilon: 9e-6, ..options(Weighting::Natural) }, &Silent).unwrap();
+            let algorithm = by_name(algorithm).unwrap().into();
+            let opts = CleanOptions { algorithm, auto_mask, niter: 2000, nsigma: 1.0, mgain: 0.5, ..CleanOptions::default() };
+            clean(&mut imager, &opts, &Silent).unwrap()
+        };
+        let one = in_processes(1, &set, run).remove(0);
+        assert!(one.statistics.major_cycles > 6, "{}", one.statistics.major_cycles);
+        for size in [2, 5] {
+            for other in in_processes(size, &set, run) {
+                assert_eq!((&one.statistics.stop, one.statistics.major_cycles), (&other.statistics.stop, other.statistics.major_cycles));
+                assert_eq!(one.components.len(), other.components.len());
+                for (a, b) in [(&one.restored, &other.restored), (&one.residual, &other.residual), (&one.model, &other.model)] {
+                    let difference = apart(a.data.flatten().view(), b.data.flatten().view());
+                    assert!(difference < 1e-6, "{algorithm}, {size} processes: {difference:e}");
+                }
+            }
+        }
+    }
+}

@@ -166,6 +166,15 @@ fn a_cluster_has_a_limit_and_options_alone_are_refused() {
     assert_eq!(cluster("64 --node-memory 100MB")["limit"], "memory");
     assert_eq!(cluster("64 --storage 1MB/s")["limit"], "storage");
     assert!(s.ok(&format!("{line} 64")).out.contains("what breaks first"));
+    // Processes share out the minor cycles of the output channels, and each has its share of the visibilities.
+    let minor = |channels: usize, nodes: usize| {
+        let line = format!("clean v.uvh5 -o out --dry-run --size 512 --channels-out {channels} --nodes {nodes} --speeds {}", speeds());
+        let json = s.json(&line);
+        let spans = json["cluster"]["stages"].as_array().unwrap().iter().filter(|x| x["stage"] == "minor cycles");
+        spans.map(|x| x["seconds"].as_f64().unwrap()).sum::<f64>()
+    };
+    let ratio = |channels: usize| minor(channels, 2) / minor(channels, 1);
+    assert!((ratio(1) - 1.0).abs() < 1e-9 && (ratio(4) - 0.5).abs() < 1e-9, "{} {}", ratio(1), ratio(4));
     for (wrong, part) in [
         ("dirty v.uvh5 -o out.fits --nodes 4", "--dry-run"),
         ("dirty v.uvh5 -o out.fits --dry-run --network 1Gbit/s", "--nodes"),

@@ -88,7 +88,6 @@ impl SelfcalArgs {
         looked: &(Outlook, RowSample),
         planner: &Planner<'_>,
     ) -> Result<Forecast> {
-        planner.alone("solves image and gains together")?;
         let (outlook, _) = looked;
         let header = source.header();
         let behind = !header.layout.pattern.is_none();

@@ -48,6 +48,8 @@ pub(super) fn begun(
     let integration = n_ant * (n_ant - 1) / 2;
     let whole = |n: usize| (n / integration * integration).max(integration).min(source.n_rows());
     let most = if source.n_rows() * of_row <= MOST_VALUES { source.n_rows() } else { whole(MOST_VALUES / of_row) };
+    // One of several processes has fewer rows.
+    let most = if rows < most as f64 { whole(rows as usize) } else { most };
     let least = if rows > most as f64 { whole(most / FIRST_PART) } else { most };
     let large = part(source, most, (imaging, grid), options, made)?;
     if least == most {
