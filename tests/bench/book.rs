@@ -1,5 +1,7 @@
-//! Writes the page of the book on the cost of imaging: processor time against the number of visibilities and of pixels, and the speed of each
-//! stage as a fraction of the machine's limit.
+//! Writes the page of the book on the cost of imaging: processor time against the number of visibilities and of pixels, and the speed of both
+//! directions as a fraction of the machine's limit.
+//!
+//! Columns of the grid are transformed while rows are gridded or predicted, so gridding and transforms have no times of their own.
 
 use crate::limits::{cpu_s, least, multiply_adds, triad};
 use crate::tracks::{CELL_RAD, Tracks, tracks};
@@ -160,17 +162,16 @@ fn measured() -> Done<Value> {
     );
     // Against visibilities.
     let mut by_vis = Vec::new();
-    text +=
-        "| visibilities at 2048 x 2048 | sort, s | to grid, s | to image, s | from image, s | from grid, s |\n|---|---|---|---|---|---|\n";
+    text += "| visibilities at 2048 x 2048 | sort, s | to image, s | from image, s |\n|---|---|---|---|\n";
     for n in [100_000, 1_000_000, 10_000_000, 100_000_000] {
         let (n, t) = measure(n, SIDE, if n < 5_000_000 { 3 } else { 1 })?;
-        writeln!(text, "| {n} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} |", t.sort, t.spread, t.to_image, t.from_image, t.gather)?;
+        writeln!(text, "| {n} | {:.3} | {:.3} | {:.3} |", t.sort, t.there(), t.back())?;
         by_vis.push((n as f64, t));
     }
     let line = |f: fn(&Times) -> f64| by_vis.iter().map(|(n, t)| (*n, f(t))).collect::<Vec<_>>();
-    let (there, back) = (line(|t| t.sort + t.spread), line(|t| t.gather));
-    let slopes_vis = (slope(&there[1..]), slope(&back[1..]));
-    picture("cost-visibilities.png", "visibilities", vec![("to the grid, with sorting", there), ("from the grid", back)])?;
+    let (there, back) = (line(Times::there), line(Times::back));
+    let slopes_vis = (slope(&there[2..]), slope(&back[2..]));
+    picture("cost-visibilities.png", "visibilities", vec![("visibilities to image", there), ("image to visibilities", back)])?;
     // Against pixels.
     let mut by_side = Vec::new();
     text += "\n| side, with a million visibilities | plan, s | to image, s | from image, s |\n|---|---|---|---|\n";
@@ -185,20 +186,16 @@ fn measured() -> Done<Value> {
     picture("cost-pixels.png", "pixels", vec![("visibilities to image", to), ("image to visibilities", from)])?;
     writeln!(
         text,
-        "\nFitted slopes of ln(time): against visibilities (from a million on) {:.2} to the grid and {:.2} from it; against pixels \
+        "\nFitted slopes of ln(time): against visibilities (from ten million on) {:.2} to the image and {:.2} from it; against pixels \
          (from 1024 x 1024 on) {:.2} to the image and {:.2} from it. 1 is linear.\n\n\
          ![Processor time against visibilities](img/cost-visibilities.png)\n\n![Processor time against pixels](img/cost-pixels.png)\n",
         slopes_vis.0, slopes_vis.1, slopes_pixels.0, slopes_pixels.1
     )?;
-    // The fraction of the machine's limits that each stage reaches, with ten million visibilities.
+    // The fraction of the machine's limits that each direction reaches, with ten million visibilities.
     let t = by_vis.iter().map(|v| v.1).nth(2).unwrap_or_default();
-    text += "| stage (ten million visibilities) | part of peak arithmetic | part of memory bandwidth |\n|---|---|---|\n";
-    for (name, s, ops, bytes) in [
-        ("to the grid", t.spread, t.spread_ops, t.vis_bytes),
-        ("from the grid", t.gather, t.spread_ops, t.vis_bytes),
-        ("planes to image", t.to_image, t.fourier_ops, t.fourier_bytes),
-        ("image to planes", t.from_image, t.fourier_ops, t.fourier_bytes),
-    ] {
+    let (ops, bytes) = (t.spread_ops + t.fourier_ops, t.vis_bytes + t.fourier_bytes);
+    text += "| ten million visibilities | part of peak arithmetic | part of memory bandwidth |\n|---|---|---|\n";
+    for (name, s) in [("to image", t.there()), ("from image", t.back())] {
         writeln!(text, "| {name} | {:.0} % | {:.0} % |", 100.0 * ops / s / arithmetic, 100.0 * bytes / s / bandwidth)?;
     }
     let path = root().join("performance.md");

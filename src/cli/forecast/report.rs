@@ -120,7 +120,7 @@ fn describe((cluster, s): (&Cluster, &Shared), text: &mut String, json: &mut Val
         crate::cost::Limit::Storage => format!("the file system: it takes {share}"),
         crate::cost::Limit::Planes => {
             format!(
-                "the planes of the grid: they do not fit into the memory of a process, which makes them again for every block of rows ({share}). More memory a process, or a smaller field"
+                "the planes of the grid: they do not fit into the memory of a process, which makes them again for every block of rows ({share}). More memory a process, or a smaller field; where they are in double precision, the default under mpirun, --epsilon 1e-5 halves them"
             )
         }
         crate::cost::Limit::WholeImages => {
