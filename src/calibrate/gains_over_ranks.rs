@@ -139,7 +139,7 @@ impl Sharing {
     /// Bring together what belongs to intervals of several processes, and leave out what does not. Every interval has `per` problems.
     ///
     /// # Errors
-    /// None of its own.
+    /// Another process has failed.
     pub(super) fn of_common(&self, per: usize, own: &OfBaselines) -> Result<OfBaselines> {
         let mut merged = OfBaselines::new();
         if self.ranks.size() == 1 {

@@ -114,6 +114,8 @@ def test_the_verdict_is_that_of_one_process(cittert, command, wrong_phases):
     words = ["--json", command, name, *IMAGING, "-o"]
     more = ["--startmod", "always"] if wrong_phases and command == "clean" else []
     run = lambda before, output: subprocess.run([*before, *map(str, [*words, output, *more])], cwd=cittert.folder, env=ENV, capture_output=True, text=True)
+    # The accuracy of what mpirun starts: an image that cannot meet its constraints is not determined to the last digit.
+    more += ["--epsilon", "9e-6"]
     one = run([CITTERT], "one")
     for n in [2, 4]:
         several = run(mpirun(n), f"of{n}")
@@ -141,7 +143,7 @@ def children(pid):
     try:
         with open(f"/proc/{pid}/task/{pid}/children") as f:
             return [int(child) for child in f.read().split()]
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):
         return []
 
 
@@ -150,7 +152,7 @@ def runs(pid):
     try:
         with open(f"/proc/{pid}/stat") as f:
             return f.read().rsplit(")", 1)[1].split()[0] != "Z"
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):
         return False
 
 
@@ -173,7 +175,11 @@ def kill_one_of_three(cittert, words, wait, dice):
         job.communicate(timeout=60)
         return None
     at = time.monotonic()
-    os.kill(dice.choice(ranks), signal.SIGKILL)
+    try:
+        os.kill(dice.choice(ranks), signal.SIGKILL)
+    except ProcessLookupError:
+        job.communicate(timeout=60)
+        return None
     while any(map(runs, ranks)):
         assert time.monotonic() - at < 10, "processes outlive the one that was killed"
         time.sleep(0.005)
