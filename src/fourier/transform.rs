@@ -8,6 +8,7 @@ use super::grid_options::GridOptions;
 use super::gridder::Gridder;
 use super::nodes::Nodes;
 use super::plan::{Plan, UvwExtent};
+use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
 use super::sorted_rows::SortedRows;
@@ -93,6 +94,12 @@ impl<T: Real> Transform<T> {
     #[must_use]
     pub fn nodes(&self, rows: &SortedRows) -> Nodes<T> {
         Nodes::of(Arc::clone(&self.plan), rows)
+    }
+
+    /// Number of groups in which planes are made that do not fit into their share of the memory together.
+    #[must_use]
+    pub fn groups_of_planes(&self) -> usize {
+        plane_groups(&self.plan, self.plan.plane_bytes).len()
     }
 
     /// Bytes of all planes together.

@@ -203,6 +203,11 @@ impl<'a> Data<'a> {
     pub fn is_cached(&self) -> bool {
         self.cache.is_some()
     }
+
+    /// True if a pass goes through several blocks of rows.
+    pub fn has_blocks(&self) -> bool {
+        self.cache.as_ref().is_none_or(|blocks| blocks.len() > 1)
+    }
 }
 
 fn several_centers() -> ChainError {

@@ -9,7 +9,7 @@ use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::split::Split;
 use super::survey::Survey;
 use super::weights::ImageWeights;
-use crate::fourier::Real;
+use crate::fourier::{Real, Transform};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Ranks, SkyGrid, VisibilityHeader, VisibilitySource};
@@ -38,6 +38,8 @@ pub struct Imager<'a> {
     freq_hz: Vec<f64>,
     /// The transform of the output channel that was imaged last, a [`Session`] of either precision.
     session: Option<(usize, Box<dyn Any + Send + Sync>)>,
+    /// Whether the user knows that planes are made again and again.
+    told_of_groups: bool,
     /// The background that is taken out of the data.
     pub(super) split: Split,
     /// The exact transform of a scene near the array, in place of the Fourier transform.
@@ -132,7 +134,19 @@ impl<'a> Imager<'a> {
         }
         // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
         let weights = if data.is_cached() { Vec::new() } else { weights };
-        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None, split: Split::Pending, near })
+        Ok(Self {
+            data,
+            options,
+            grid,
+            channels,
+            weights,
+            sums,
+            freq_hz,
+            session: None,
+            told_of_groups: false,
+            split: Split::Pending,
+            near,
+        })
     }
 
     /// The grid that an imager with these options would choose, with the notes that it would give. This reads the source once, and makes no weights.
@@ -315,7 +329,12 @@ impl<'a> Imager<'a> {
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
         let sum = match self.bands(&mut session, field)? {
             Some(bands) => self.gridded_by_bands(&mut session, &bands, what, observer)?,
-            None => self.gridded_at_once(&mut session, what, observer)?,
+            None => {
+                if field.is_none() {
+                    self.tell_of_groups(&session.transform, observer);
+                }
+                self.gridded_at_once(&mut session, what, observer)?
+            }
         };
         let image = self.mean(channel, session.scale, sum);
         if field.is_none() {
@@ -323,6 +342,21 @@ impl<'a> Imager<'a> {
         }
         observer.event(Event::Done);
         Ok(image)
+    }
+
+    /// Tell the user once where the planes do not fit into the memory, because every pass then takes many times as long.
+    fn tell_of_groups<T: Real>(&mut self, transform: &Transform<T>, observer: &dyn Observer) {
+        let groups = transform.groups_of_planes();
+        if groups < 2 || self.told_of_groups || !self.data.has_blocks() {
+            return;
+        }
+        self.told_of_groups = true;
+        let single = if size_of::<T>() > 4 { ", or single precision (--epsilon 1e-5), which halves them" } else { "" };
+        observer.event(Event::Note(&format!(
+            "the planes of the grid take {:.0} MB and do not fit into a quarter of the memory: they are made in {groups} groups for every block of rows, which takes long. \
+             More memory (--memory) helps, or a smaller field{single}",
+            transform.plane_bytes() as f64 / 1e6
+        )));
     }
 
     /// A sum of scaled weights times values, divided by the sum of weights. Without weights the sum is 0 and stays 0.

@@ -1,7 +1,7 @@
 //! The memory budget changes how an image is computed, but not the image.
 
 use super::*;
-use crate::fixtures::{positions, snapshot};
+use crate::fixtures::{Recorder, positions, snapshot};
 use crate::progress::Silent;
 use cittert_arrays::{Polarization, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use std::ops::Range;
@@ -44,11 +44,14 @@ fn a_tiny_and_a_large_budget_give_the_same_image() {
             ..ImagingOptions::default()
         };
         let mut imager = Imager::new(&mut source, opts, &Silent).unwrap();
-        let (dirty, psf) = (imager.dirty(0, &Silent).unwrap(), imager.psf(0, &Silent).unwrap());
+        let told = Recorder::default();
+        let (dirty, psf) = (imager.dirty(0, &told).unwrap(), imager.psf(0, &told).unwrap());
         let mut model = ndarray::Array2::zeros((256, 256));
         model[(140, 170)] = 0.7;
         let residual = imager.residual(0, model.view(), &Silent).unwrap();
         drop(imager);
+        let notes = told.messages().iter().filter(|m| m.contains("planes of the grid")).count();
+        assert_eq!(notes, usize::from(bytes < 1 << 30), "{:?}", told.messages());
         (source.1, [dirty, psf, residual.image], residual.chi2_per_datum)
     };
     let (reads, small, chi2) = run(16 << 20);
