@@ -1,6 +1,6 @@
 //! Major cycles: a minor cycle on the image, followed by the exact residual from the visibilities.
 //!
-//! The channels of an image are cleaned one after the other (see [`super::channel_cycles`]). Several processes clean them side by side.
+//! The channels of an image are cleaned one after the other. Several processes clean them side by side.
 //!
 //! # Reference
 //! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
