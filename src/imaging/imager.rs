@@ -353,7 +353,7 @@ impl<'a> Imager<'a> {
         self.told_of_groups = true;
         let single = if size_of::<T>() > 4 { ", or single precision (--epsilon 1e-5), which halves them" } else { "" };
         observer.event(Event::Note(&format!(
-            "the planes of the grid take {:.0} MB and do not fit into a quarter of the memory: they are made in {groups} groups for every block of rows, which takes long. \
+            "the planes of the grid take {:.0} MB and do not fit into a quarter of the memory budget: they are made in {groups} groups for every block of rows, which takes long. \
              More memory (--memory) helps, or a smaller field{single}",
             transform.plane_bytes() as f64 / 1e6
         )));

@@ -2,7 +2,7 @@
 
     python3 tests/bench/large.py PROGRAM b.uvh5 [--speeds FILE]
 
-`b.uvh5` is workload b (tests/peers/workloads). All speeds are those of the fit. Nothing but the set that stands for SKA-Low is made: 1.5 GB in a temporary folder.
+`b.uvh5` is workload b (tests/peers/workloads). All speeds are those of the fit. Nothing but the set that stands for SKA-Low is made: 0.6 GB in a temporary folder.
 """
 
 import argparse, json, math, random, subprocess, tempfile
