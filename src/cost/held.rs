@@ -3,8 +3,10 @@
 use crate::fourier::{BandSize, good_size};
 use crate::imaging::{Field, Outlook};
 
-/// A visibility that stays in memory, and its weight.
-const VALUE: f64 = 12.0;
+/// A visibility that stays in memory.
+const VALUE: f64 = 8.0;
+/// Its weight, where not all rows have the same.
+const WEIGHT: f64 = 4.0;
 /// Its imaging weight, where that differs.
 const IMAGING: f64 = 4.0;
 /// The uvw of a row.
@@ -47,10 +49,15 @@ impl Held<'_> {
         blocks * self.block_rows() * (RAW * (channels * products) as f64 + COVERAGE)
     }
 
+    /// A visibility and its weight in memory.
+    fn value(self) -> f64 {
+        VALUE + if self.outlook.alike { 0.0 } else { WEIGHT }
+    }
+
     /// The reduced rows that stay in memory, with or without imaging weights.
     pub(super) fn data(self, weighed: bool) -> f64 {
         let o = self.outlook;
-        let value = VALUE + if weighed && o.weights.1 { IMAGING } else { 0.0 };
+        let value = self.value() + if weighed && o.weights.1 { IMAGING } else { 0.0 };
         if o.kept { o.visibilities() * value + self.rows() * UVW } else { 0.0 }
     }
 
@@ -64,7 +71,7 @@ impl Held<'_> {
     /// What reading holds beside the rows that stay.
     pub(super) fn reading(self) -> f64 {
         let o = self.outlook;
-        let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (VALUE + IMAGING) + UVW) };
+        let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (self.value() + IMAGING) + UVW) };
         reduced + self.of_file()
     }
 
@@ -73,7 +80,7 @@ impl Held<'_> {
         if self.outlook.kept {
             return 0.0;
         }
-        let reduced = self.block_rows() * (self.outlook.shape.1 as f64 * (VALUE + IMAGING) + UVW);
+        let reduced = self.block_rows() * (self.outlook.shape.1 as f64 * (self.value() + IMAGING) + UVW);
         self.of_file() + reduced + self.density()
     }
 

@@ -193,8 +193,9 @@ impl Imager<'_> {
         let per_m: Vec<f64> = self.header().spectrum.freq_hz().iter().map(|f| f / SPEED_OF_LIGHT_M_S).collect();
         let mut shortest = [f64::INFINITY, 0.0];
         self.for_each_weighed(observer, |block| {
+            let weight = block.weight.view();
             for (row, uvw) in block.uvw_m.rows().into_iter().enumerate() {
-                for chan in range.clone().filter(|c| block.weight[(row, *c)] > 0.0) {
+                for chan in range.clone().filter(|c| weight[(row, *c)] > 0.0) {
                     let uv = [uvw[0] * per_m[chan], uvw[1] * per_m[chan]];
                     if uv[0].hypot(uv[1]) < shortest[0].hypot(shortest[1]) {
                         shortest = uv;

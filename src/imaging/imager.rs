@@ -69,7 +69,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
     if weights.iter().all(ImageWeights::are_those_of_the_data) {
         return;
     }
-    let mut imaging = block.imaging.take().unwrap_or_else(|| Zip::from(&block.weight).par_map_collect(|_| 0.0));
+    let mut imaging = block.imaging.take().unwrap_or_else(|| Zip::from(&block.vis).par_map_collect(|_| 0.0));
     for (range, w) in channels.iter().zip(weights) {
         w.apply(block, (range, freq_hz), &mut imaging);
     }
@@ -122,7 +122,8 @@ impl<'a> Imager<'a> {
                 |block| {
                     weigh(block, &channels, &weights, &freq_hz);
                     for (range, sum) in channels.iter().zip(&mut sums) {
-                        let part = block.imaging().slice(s![.., range.clone()]);
+                        let imaging = block.imaging();
+                        let part = imaging.slice(s![.., range.clone()]);
                         let of_row = |r: ndarray::ArrayView1<'_, f32>| r.iter().map(|w| f64::from(*w)).sum();
                         let rows: Vec<f64> = part.axis_iter(Axis(0)).into_par_iter().map(of_row).collect();
                         *sum += rows.iter().sum::<f64>();

@@ -53,11 +53,12 @@ impl Imager<'_> {
         let range = self.channels()[channel].clone();
         let mut sums = Pairs::zeros(range.len(), self.header().layout.n_ant());
         self.for_each_weighed(observer, |block| {
+            let (weight, imaging) = (block.weight.view(), block.imaging());
             for (row, pair) in block.antennas.iter().enumerate() {
                 let pair = pair.map(|a| a as usize);
                 for (c, chan) in range.clone().enumerate() {
                     let at = (row, chan);
-                    sums.add(c, pair[0], pair[1], of(pair, c, block.vis[at], [block.weight[at], block.imaging()[at]]));
+                    sums.add(c, pair[0], pair[1], of(pair, c, block.vis[at], [weight[at], imaging[at]]));
                 }
             }
             Ok(())

@@ -18,13 +18,17 @@ use crate::fourier::{BandSize, GridOptions, Idle, PassWork, Real, Transform, Tra
 use crate::memory::MemoryBudget;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisibilitySource, Weighting, rows_of_block};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisibilityBlock, VisibilitySource, Weighting, rows_of_block};
 use ndarray::{Array2, Axis, concatenate};
 
 /// Rows that are looked at, at most.
 const SAMPLED_ROWS: usize = 1 << 16;
 /// Number of runs of rows that they are taken in.
 const RUNS: usize = 64;
+
+/// Number of places in a set where weights are compared, and of rows at each.
+const PLACES: usize = 8;
+const ROWS: usize = 2;
 
 /// The baselines of some rows of a set.
 #[derive(Debug, Clone)]
@@ -96,6 +100,8 @@ pub struct Outlook {
     pub kept: bool,
     /// True where the first pass reads the set in small parts, so that no block of all products is in memory.
     pub in_parts: bool,
+    /// True where all rows of a block have the same weights, so that one row is held. Found from some rows.
+    pub alike: bool,
     /// The budget of memory that decides this.
     pub memory: MemoryBudget,
     /// Rows of a block, and number of blocks.
@@ -144,6 +150,22 @@ pub fn sample(source: &mut dyn VisibilitySource) -> Result<(RowSample, Vec<UvCov
     }
     let n = uvw_m.nrows() as f64;
     Ok((RowSample { uvw_m, used: f64::from(used) / n, factor: n_rows as f64 / n }, parts))
+}
+
+/// Whether the rows of some places in a set have the same weights. With `unit` only flags count.
+fn weights_are_alike(source: &mut dyn VisibilitySource, unit: bool) -> Result<bool> {
+    let n_rows = source.n_rows();
+    let mut first: Option<VisibilityBlock> = None;
+    for k in 0..PLACES {
+        let start = n_rows.saturating_sub(ROWS) * k / (PLACES - 1);
+        let block = source.read_rows(start..(start + ROWS).min(n_rows))?;
+        let first = first.get_or_insert_with(|| block.clone());
+        let (weights, flags) = (first.weights.index_axis(Axis(0), 0), first.flags.index_axis(Axis(0), 0));
+        if (!unit && block.weights.outer_iter().any(|w| w != weights)) || block.flags.outer_iter().any(|f| f != flags) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 impl RowSample {
@@ -241,13 +263,15 @@ impl Outlook {
         let tapered = options.taper.is_some() || options.inner_taper.is_some();
         let (width, height) = density_sides(&grid, options);
         let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
+        let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
         let outlook = Self {
             channels_out: channels.len(),
             processes: 1,
             shape: (n_rows, freq_hz.len(), header.polarizations.len()),
             used: sample.used,
             kept,
-            in_parts: survey.total_power.is_empty() && source.in_parts().is_some(),
+            in_parts,
+            alike: in_parts && sample.used == 1.0 && weights_are_alike(source, options.unit_weights)?,
             memory,
             blocks: (block_rows, n_rows.div_ceil(block_rows.max(1))),
             weights: (!natural, !natural || tapered),

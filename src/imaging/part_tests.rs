@@ -8,6 +8,7 @@ use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
     PartSource, Polarization, Result, RowPart, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource, Weighting,
 };
+use ndarray::Axis;
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -66,6 +67,58 @@ fn set() -> VisibilitySet {
     data.coverage.ant2[602] = data.coverage.ant1[602];
     data.weights.iter_mut().enumerate().for_each(|(k, w)| *w *= 1.0 + (k % 5) as f32);
     set
+}
+
+/// The set with the weights and flags of its first row in every row.
+fn even_set() -> VisibilitySet {
+    let mut set = set();
+    let data = &mut set.data;
+    (data.vis[(555, 2, 1)], data.vis[(556, 2, 0)]) = (Complex32::new(1.0, 0.5), Complex32::new(0.5, 1.0));
+    (data.coverage.uvw_m[(600, 1)], data.coverage.ant2[602]) = (0.25, data.coverage.ant1[602] + 1);
+    let (weights, flags) = (data.weights.index_axis(Axis(0), 0).to_owned(), data.flags.index_axis(Axis(0), 0).to_owned());
+    data.weights.outer_iter_mut().for_each(|mut w| w.assign(&weights));
+    data.flags.outer_iter_mut().for_each(|mut f| f.assign(&flags));
+    data.flags.slice_mut(ndarray::s![.., 11, ..]).fill(true);
+    set
+}
+
+/// Rows with the same weights hold one row of them, also where each has an unusable channel. One other row is enough to hold all.
+#[test]
+fn weights_that_all_rows_share_are_held_once() {
+    let mut odd = even_set();
+    odd.data.flags[(333, 5, 0)] = true;
+    for (set, shared) in [(even_set(), true), (odd, false)] {
+        for weighting in [Weighting::Natural, Weighting::Briggs] {
+            let options = ImagingOptions { cell: Some(Angle(1e-3)), weighting, ..ImagingOptions::default() };
+            let (mut blocks, mut parts) = (set.clone(), InParts(set.clone()));
+            let mut plain = Imager::new(&mut blocks, options.clone(), &Silent).unwrap();
+            let mut imager = Imager::new(&mut parts, options.clone(), &Silent).unwrap();
+            let mut all = Vec::new();
+            plain
+                .for_each_weighed(&Silent, |block| {
+                    all.push((block.weight.view().to_owned(), block.imaging().to_owned()));
+                    Ok(())
+                })
+                .unwrap();
+            let mut all = all.into_iter();
+            imager
+                .for_each_weighed(&Silent, |block| {
+                    assert_eq!(matches!(block.weight, RowWeights::Same(..)), shared);
+                    let (weight, imaging) = all.next().unwrap();
+                    assert!(block.weight.view() == weight && block.imaging() == imaging);
+                    Ok(())
+                })
+                .unwrap();
+            assert!(all.next().is_none());
+            assert_eq!(imager.survey(), plain.survey());
+            assert_eq!(imager.dirty(0, &Silent).unwrap(), plain.dirty(0, &Silent).unwrap());
+            let model = ndarray::Array2::from_elem((plain.grid().n_m, plain.grid().n_l), 1e-3);
+            let [a, b] = [&mut plain, &mut imager].map(|i| i.residual(0, model.view(), &Silent).unwrap());
+            assert!(a.image == b.image && a.chi2_per_datum == b.chi2_per_datum);
+            let found = Outlook::of(&mut InParts(set.clone()), &options, None, &Silent).unwrap().0;
+            assert!(found.alike || !shared);
+        }
+    }
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Rows of a set, reduced to one polarisation product.
 
 use super::pol::{DataCounts, PolSelector, RowValues};
+use super::row_weights::{Common, PlaceOfWeights, RowWeights};
 use crate::nearfield::boresight_turn;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBlock};
-use ndarray::{Array2, ArrayView1, Axis};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -24,7 +25,7 @@ pub struct ReducedBlock {
     /// Visibilities \[row, chan\]; 0 if they must not count.
     pub vis: Array2<Complex32>,
     /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
-    pub weight: Array2<f32>,
+    pub weight: RowWeights,
     /// Imaging weights \[row, chan\]; see [`super::weights`]. `None` where they are the weights of the data.
     pub imaging: Option<Array2<f32>>,
 }
@@ -32,8 +33,8 @@ pub struct ReducedBlock {
 impl ReducedBlock {
     /// Imaging weights \[row, chan\].
     #[must_use]
-    pub fn imaging(&self) -> &Array2<f32> {
-        self.imaging.as_ref().unwrap_or(&self.weight)
+    pub fn imaging(&self) -> ArrayView2<'_, f32> {
+        self.imaging.as_ref().map_or_else(|| self.weight.view(), |own| own.view())
     }
 }
 
@@ -64,6 +65,7 @@ impl Reduction {
                 counts
             })
             .reduce(DataCounts::default, DataCounts::plus);
+        let weight = RowWeights::Each(Array2::from_shape_vec((rows, chans), weight).map_err(wrong)?);
         Ok((self.shaped(&block.coverage, chans, (vis, weight))?, counts))
     }
 
@@ -80,48 +82,63 @@ impl Reduction {
         let of_part = step * chans.max(1);
         let memory = (&mut vis.spare_capacity_mut()[..rows * chans], &mut weight.spare_capacity_mut()[..rows * chans]);
         let parts = memory.0.chunks_mut(of_part).zip(memory.1.chunks_mut(of_part));
-        let mut places: Vec<_> = parts.map(|(vis, weight)| Mutex::new(Place { vis, weight, cleared: false })).collect();
+        let places = parts.map(|(vis, weight)| Mutex::new(Place { vis, weight: PlaceOfWeights::new(weight), cleared: false }));
+        let (mut places, common): (Vec<_>, _) = (places.collect(), Common::new());
         let counts = Mutex::new(DataCounts::default());
         let take = |part: RowPart<'_>| {
             let Some(place) = places.get(part.rows.start / step) else { return };
             let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
-            let first = part.rows.start % step * chans;
-            let (vis, weight) = place.get();
-            let rows = vis[first..].chunks_exact_mut(chans.max(1)).zip(weight[first..].chunks_exact_mut(chans.max(1)));
+            let first = part.rows.start % step;
             let n = part.vis.len() / part.rows.len().max(1);
+            let (vis, weights) = place.get();
+            let rows = vis[first * chans..].chunks_exact_mut(chans.max(1));
             let mut sum = DataCounts::default();
-            for ((k, r), (v, w)) in part.rows.enumerate().zip(rows) {
+            let mut row = vec![0.0; chans];
+            for ((k, r), vis) in part.rows.enumerate().zip(rows) {
                 let at = k * n..(k + 1) * n;
                 let values = RowValues { vis: &part.vis[at.clone()], weights: &part.weights[at.clone()], flags: &part.flags[at] };
                 let own = own.as_ref().map(|own| &own[r]);
-                sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (v, w)));
-                self.turn(coverage.uvw_m.row(r), v);
+                sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (vis, &mut row)));
+                self.turn(coverage.uvw_m.row(r), vis);
+                weights.set(first + k, &row, &common);
             }
             let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
             *counts = counts.plus(sum);
         };
         source.read_parts(range, step, &take)?;
-        for place in &mut places {
-            place.get_mut().unwrap_or_else(PoisonError::into_inner).get();
-        }
-        // SAFETY: the places are all of the memory, and each was cleared.
-        unsafe {
-            vis.set_len(rows * chans);
-            weight.set_len(rows * chans);
-        }
         let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+        ensure!(counts.total == (rows * chans) as u64, ChainError::Internal(format!("{} values in parts of {rows} rows", counts.total)));
+        let mut places: Vec<Place<'_>> = places.drain(..).map(|p| p.into_inner().unwrap_or_else(PoisonError::into_inner)).collect();
+        for place in &mut places {
+            place.get();
+        }
+        let differ = common.get().is_none() || places.iter().any(|p| p.weight.differs());
+        if differ {
+            places.par_iter_mut().for_each(|p| {
+                p.weight.written(&common);
+            });
+        }
+        drop(places);
+        // SAFETY: the places are all of the memory, and each was cleared.
+        unsafe { vis.set_len(rows * chans) };
+        let weight = match common.into_inner() {
+            Some(row) if !differ => RowWeights::Same(Array1::from_vec(row), rows),
+            _ => {
+                // SAFETY: the places are all of the memory, and each was written.
+                unsafe { weight.set_len(rows * chans) };
+                RowWeights::Each(Array2::from_shape_vec((rows, chans), weight).map_err(wrong)?)
+            }
+        };
         Ok((self.shaped(coverage, chans, (vis, weight))?, counts))
     }
 
     /// Rows as a block.
-    fn shaped(&self, coverage: &UvCoverage, chans: usize, (vis, weight): (Vec<Complex32>, Vec<f32>)) -> Result<ReducedBlock> {
-        let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
+    fn shaped(&self, coverage: &UvCoverage, chans: usize, (vis, weight): (Vec<Complex32>, RowWeights)) -> Result<ReducedBlock> {
         let place = |uvw: ArrayView1<'_, f64>| if uvw.iter().all(|x| x.is_finite()) { [uvw[0], uvw[1], uvw[2]] } else { [0.0; 3] };
         let places: Vec<[f64; 3]> = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().map(place).collect();
         let uvw_m = Array2::from_shape_vec((places.len(), 3), places.into_flattened()).map_err(wrong)?;
         let shape = (uvw_m.nrows(), chans);
         let vis = Array2::from_shape_vec(shape, vis).map_err(wrong)?;
-        let weight = Array2::from_shape_vec(shape, weight).map_err(wrong)?;
         let pair = |(a, b): (&u32, &u32)| [*a, *b];
         let antennas = if self.antennas { coverage.ant1.iter().zip(&coverage.ant2).map(pair).collect() } else { Vec::new() };
         Ok(ReducedBlock { antennas, uvw_m, vis, weight, imaging: None })
@@ -146,23 +163,26 @@ fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
     (vis, weight)
 }
 
+fn wrong(e: ndarray::ShapeError) -> ChainError {
+    ChainError::Internal(e.to_string())
+}
+
 /// Memory of the visibilities and weights of some rows. The thread that first needs it clears it, so that the system gives new pages to all
 /// threads, and what was cleared is in the cache when it is written.
 struct Place<'a> {
     vis: &'a mut [MaybeUninit<Complex32>],
-    weight: &'a mut [MaybeUninit<f32>],
+    weight: PlaceOfWeights<'a>,
     cleared: bool,
 }
 
-impl Place<'_> {
-    fn get(&mut self) -> (&mut [Complex32], &mut [f32]) {
+impl<'a> Place<'a> {
+    fn get(&mut self) -> (&mut [Complex32], &mut PlaceOfWeights<'a>) {
         if !self.cleared {
             self.vis.iter_mut().for_each(|v| *v = MaybeUninit::new(Complex32::default()));
-            self.weight.iter_mut().for_each(|w| *w = MaybeUninit::new(0.0));
             self.cleared = true;
         }
-        let (vis, weight): (*mut Complex32, *mut f32) = (self.vis.as_mut_ptr().cast(), self.weight.as_mut_ptr().cast());
-        // SAFETY: all elements were written above, now or before, and the slices are borrowed as long as this place.
-        unsafe { (std::slice::from_raw_parts_mut(vis, self.vis.len()), std::slice::from_raw_parts_mut(weight, self.weight.len())) }
+        // SAFETY: all elements were written above, now or before, and the slice is borrowed as long as this place.
+        let vis = unsafe { std::slice::from_raw_parts_mut(self.vis.as_mut_ptr().cast(), self.vis.len()) };
+        (vis, &mut self.weight)
     }
 }

@@ -7,7 +7,7 @@ use crate::fourier::{GridOptions, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
 use cittert_arrays::{Ranks, SkyGrid};
-use ndarray::Array2;
+use ndarray::{ArrayView2, Axis};
 use num_complex::Complex;
 use std::ops::{AddAssign, Range};
 
@@ -119,7 +119,7 @@ impl<T: Real> Session<T> {
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
-        let (vis, imaging) = (Rows::of(&block.vis, &self.channels)?, Rows::of(block.imaging(), &self.channels)?);
+        let (vis, imaging) = (Rows::of(block.vis.view(), &self.channels)?, Rows::of(block.imaging(), &self.channels)?);
         let values = |r: usize, out: &mut [Complex<T>]| {
             for ((out, v), w) in out.iter_mut().zip(vis.row(r)).zip(imaging.row(r)) {
                 let weight = if *w > 0.0 { T::of(f64::from(*w) * inverse) } else { T::default() };
@@ -155,9 +155,12 @@ impl<T: Real> Session<T> {
     ) -> Result<Residue> {
         let new = self.sorted((number, keep), block)?;
         let inverse = scale.recip();
-        let gridded = if weights == ResidualWeights::Imaging { block.imaging() } else { &block.weight };
-        let (vis, weight, gridded) =
-            (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.weight, &self.channels)?, Rows::of(gridded, &self.channels)?);
+        let gridded = if weights == ResidualWeights::Imaging { block.imaging() } else { block.weight.view() };
+        let (vis, weight, gridded) = (
+            Rows::of(block.vis.view(), &self.channels)?,
+            Rows::of(block.weight.view(), &self.channels)?,
+            Rows::of(gridded, &self.channels)?,
+        );
         let subtract = |r: usize, out: &mut [Complex<T>]| {
             let mut left = Residue::default();
             for (((out, v), weight), gridded) in out.iter_mut().zip(vis.row(r)).zip(weight.row(r)).zip(gridded.row(r)) {
@@ -177,20 +180,23 @@ impl<T: Real> Session<T> {
 /// The channels of one output channel in the rows of an array \[row, chan\].
 struct Rows<'a, V> {
     values: &'a [V],
-    n_chan: usize,
+    /// From the start of a row to that of the next; 0 where all rows are the same.
+    step: usize,
     channels: Range<usize>,
 }
 
 impl<'a, V> Rows<'a, V> {
-    fn of(array: &'a Array2<V>, channels: &Range<usize>) -> Result<Self> {
+    fn of(array: ArrayView2<'a, V>, channels: &Range<usize>) -> Result<Self> {
         let n_chan = array.ncols();
-        match array.as_slice() {
-            Some(values) if channels.end <= n_chan => Ok(Self { values, n_chan, channels: channels.clone() }),
+        let common = array.nrows() > 1 && array.strides()[0] == 0;
+        let (values, step) = if common { (array.index_axis_move(Axis(0), 0).to_slice(), 0) } else { (array.to_slice(), n_chan) };
+        match values {
+            Some(values) if channels.end <= n_chan => Ok(Self { values, step, channels: channels.clone() }),
             _ => Err(ChainError::Internal(format!("a block of {n_chan} channels has no channels {channels:?}, or is not in row order"))),
         }
     }
 
     fn row(&self, row: usize) -> &'a [V] {
-        &self.values[row * self.n_chan + self.channels.start..row * self.n_chan + self.channels.end]
+        &self.values[row * self.step + self.channels.start..row * self.step + self.channels.end]
     }
 }

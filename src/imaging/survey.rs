@@ -57,9 +57,10 @@ impl Survey {
 
     /// Add the baselines and weights of rows. The sums do not depend on the number of threads.
     pub(super) fn measure(&mut self, rows: &ReducedBlock, band_hz: (f64, f64)) {
-        let n_chan = rows.weight.ncols();
+        let weight = rows.weight.view();
+        let n_chan = weight.ncols();
         let step = (VALUES / n_chan.max(1)).max(1);
-        let parts = rows.uvw_m.axis_chunks_iter(Axis(0), step).into_par_iter().zip(rows.weight.axis_chunks_iter(Axis(0), step));
+        let parts = rows.uvw_m.axis_chunks_iter(Axis(0), step).into_par_iter().zip(weight.axis_chunks_iter(Axis(0), step));
         let parts = parts.map(|(uvw_m, weight)| {
             let mut part = Self::new(n_chan, TotalPower::default());
             for (uvw, weights) in uvw_m.rows().into_iter().zip(weight.rows()) {

@@ -125,7 +125,7 @@ impl ImageWeights {
         let task = |(band, cells): (usize, &mut [f64])| {
             let (first, lines) = (band * BAND * self.width, (band * BAND) as f64..((band + 1) * BAND) as f64);
             let mut sum = 0.0;
-            for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
+            for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.view().rows()) {
                 let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
                 // Only some channels lie in these rows of cells. A visibility outside the grid wraps around and may lie in any.
                 let per_hz = v.abs() * self.scale.1;
@@ -236,7 +236,7 @@ impl ImageWeights {
     pub fn apply(&self, block: &ReducedBlock, (channels, freq_hz): (&Range<usize>, &[f64]), imaging: &mut Array2<f32>) {
         let plain = self.are_those_of_the_data();
         let ReducedBlock { uvw_m, weight, .. } = block;
-        imaging.axis_iter_mut(Axis(0)).into_par_iter().zip(weight.axis_iter(Axis(0))).zip(uvw_m.axis_iter(Axis(0))).for_each(
+        imaging.axis_iter_mut(Axis(0)).into_par_iter().zip(weight.view().axis_iter(Axis(0))).zip(uvw_m.axis_iter(Axis(0))).for_each(
             |((mut imaging, weight), uvw)| {
                 let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
                 let range = ndarray::s![channels.clone()];
@@ -292,7 +292,7 @@ mod tests {
             uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.1, 0.0]] * wavelength,
             vis: Array2::from_elem((3, 1), Complex32::new(1.0, 0.0)),
             imaging: None,
-            weight,
+            weight: weight.into(),
         }
     }
 
@@ -308,7 +308,7 @@ mod tests {
             weights.add(&b, &(0..1), &[1e9]);
             weights.finish();
         }
-        let mut imaging = Array2::zeros(b.weight.dim());
+        let mut imaging = Array2::zeros(b.vis.dim());
         weights.apply(&b, (&(0..1), &[1e9]), &mut imaging);
         imaging.into_iter().collect()
     }
@@ -345,7 +345,7 @@ mod tests {
         let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });
         let weight = Array2::from_shape_fn((n, 2), |(r, _)| if r % 9 == 0 { 0.0 } else { 1.0 + noise.next().abs() as f32 });
         let vis = Array2::from_elem((n, 2), Complex32::default());
-        let block = ReducedBlock { antennas: Vec::new(), uvw_m, vis, imaging: None, weight };
+        let block = ReducedBlock { antennas: Vec::new(), uvw_m, vis, imaging: None, weight: weight.into() };
         let freq = [0.9e9, 1.1e9];
         let options = ImagingOptions { weighting: Weighting::Uniform, ..ImagingOptions::default() };
         let made = |threads: usize| {
@@ -360,7 +360,7 @@ mod tests {
         assert!(made(2).0 == density && made(3).1.cells == weights.cells);
         let (width, rows) = (weights.width, density.len() / weights.width);
         let mut plain = vec![0.0; density.len()];
-        for (uvw, w) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
+        for (uvw, w) in block.uvw_m.rows().into_iter().zip(block.weight.view().rows()) {
             for c in 0..2 {
                 let at = |k: usize| uvw[k] / SPEED_OF_LIGHT_M_S * freq[c];
                 plain[weights.cell(at(0), at(1))] += f64::from(w[c]);

@@ -68,7 +68,8 @@ impl BeamHessian {
         let mut gridder = transform.gridder();
         imager.for_each_weighed(&Quiet(observer), |block| {
             let rows = transform.sort(Self::stretch(block.uvw_m.view()).view())?;
-            let weight = block.weight.slice(s![.., range.clone()]);
+            let weight = block.weight.view();
+            let weight = weight.slice(s![.., range.clone()]);
             gridder.add_sorted(&rows, |row, out| {
                 out.iter_mut().zip(weight.row(row)).for_each(|(o, w)| *o = Complex::new(T::of(f64::from(*w) / sum), T::of(0.0)));
             })

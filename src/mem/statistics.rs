@@ -81,10 +81,11 @@ fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Ob
     let range = imager.channels()[channel].clone();
     let per_m: Vec<f64> = imager.header().spectrum.freq_hz().iter().map(|f| f / SPEED_OF_LIGHT_M_S).collect();
     imager.for_each_weighed(&Quiet(observer), |block| {
+        let weights = block.weight.view();
         for (row, uvw) in block.uvw_m.rows().into_iter().enumerate() {
             let length = uvw[0].hypot(uvw[1]);
             for chan in range.clone() {
-                let weight = block.weight[(row, chan)];
+                let weight = weights[(row, chan)];
                 if weight > 0.0 {
                     let uv = (uvw[0] * per_m[chan], uvw[1] * per_m[chan]);
                     work(Datum { vis: block.vis[(row, chan)], weight, length: (length * per_m[chan]) as f32, uv });
