@@ -23,6 +23,8 @@ use std::time::{Duration, SystemTime};
 
 /// A dataset of at most this number of elements is read whole. Of a larger dataset the first rows and the last row are read.
 const SMALL: usize = 1 << 17;
+/// Number of elements in the first rows that are read of a larger dataset.
+const START: usize = 1 << 13;
 /// Largest depth of groups, and largest number of objects, that are visited.
 const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
@@ -154,7 +156,8 @@ fn look(file: &H5In, dataset: &Dataset, name: &str) {
     let Ok(dtype) = dataset.dtype().and_then(|d| d.to_descriptor()) else { return };
     let rows = shape.first().copied().unwrap_or(0);
     let row = shape.iter().skip(1).product::<usize>().max(1);
-    let first = 0..(SMALL / row).clamp(1, rows.max(1)).min(rows);
+    let most = if dataset.size() <= SMALL { SMALL } else { START };
+    let first = 0..(most / row).clamp(1, rows.max(1)).min(rows);
     let last = rows.saturating_sub(1).max(first.end)..rows;
     let whole = dataset.size() <= SMALL;
     let ends = || [first.clone(), last.clone()].into_iter().filter(|r| !r.is_empty());
