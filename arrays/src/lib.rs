@@ -82,5 +82,5 @@ pub use sources::{Source, SourcePosition, SourceShape};
 pub use spectrum::SpectralWindow;
 pub use stream::{PartSource, RowPart, VisibilitySink, VisibilitySource, for_each_block, rows_of_block};
 pub use uv_grid::UvGrid;
-pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, append_shared};
+pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, append_shared, found_shared};
 pub use weighting::Weighting;

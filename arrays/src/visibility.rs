@@ -12,6 +12,8 @@ use std::ops::Range;
 const LARGE: usize = 1 << 16;
 /// Values that a thread copies at once.
 const PART: usize = 1 << 14;
+/// Most values that a thread lists at once.
+const LISTED: usize = 1 << 12;
 
 /// Unit of a visibility.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -223,6 +225,23 @@ pub fn append_shared<T: Copy + Send + Sync>(list: &mut Vec<T>, values: &[T]) {
     let n = list.len() + values.len();
     // SAFETY: the values after the old ones were written above.
     unsafe { list.set_len(n) };
+}
+
+/// What `of` finds in some rows, in their order. All threads look, each at a part of the rows, and each list has room for `most` values of every row:
+/// threads whose lists grow bit by bit wait for each other.
+pub fn found_shared<T: Send>(rows: Range<usize>, most: usize, of: impl Fn(Range<usize>, &mut Vec<T>) + Sync) -> Vec<T> {
+    let step = (LISTED / most.max(1)).max(1);
+    let starts: Vec<usize> = rows.clone().step_by(step).collect();
+    let part = |start: usize| {
+        let part = start..(start + step).min(rows.end);
+        let mut list = Vec::with_capacity(part.len() * most);
+        of(part, &mut list);
+        list
+    };
+    let parts: Vec<Vec<T>> = starts.into_par_iter().map(part).collect();
+    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+    parts.into_iter().for_each(|part| all.extend(part));
+    all
 }
 
 /// A whole set in memory: the one-block case of a stream.

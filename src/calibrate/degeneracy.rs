@@ -178,7 +178,7 @@ const FEWEST_FAR: usize = 12;
 const ABREAST: usize = 4;
 
 /// Turns of the antennas by the slopes of one sign along y: the real and the imaginary parts of each antenna for `ABREAST` slopes that follow each other.
-type Turns = Vec<[[f64; ABREAST]; 2]>;
+type Turns = [[[f64; ABREAST]; 2]];
 
 /// Antennas that are summed before a sum is given up that can no longer become large enough.
 const AT_ONCE: usize = 8;
@@ -190,18 +190,17 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, 
         if high > low { TAU / 4.0 / (high - low) } else { 0.0 }
     });
     let most = 4 * turns;
-    let along_y: Vec<Turns> = (0..most as usize + 1)
-        .into_par_iter()
-        .step_by(ABREAST)
-        .map(|first| {
-            let of = |p: &[f64; 2]| {
-                let turn: [Complex64; ABREAST] =
-                    std::array::from_fn(|j| Complex64::from_polar(1.0, -((first + j) as f64) * step[1] * p[1]));
-                [turn.map(|t| t.re), turn.map(|t| t.im)]
-            };
-            place_m.iter().map(of).collect()
-        })
-        .collect();
+    let n = place_m.len().max(1);
+    // One list for all slopes along y: threads that each ask for many small ones wait for each other.
+    let mut along_y = vec![[[0.0; ABREAST]; 2]; n * (most as usize + 1).div_ceil(ABREAST)];
+    along_y.par_chunks_mut(n).enumerate().for_each(|(block, turns)| {
+        for ([re, im], p) in turns.iter_mut().zip(place_m) {
+            for j in 0..ABREAST {
+                let turn = Complex64::from_polar(1.0, -((block * ABREAST + j) as f64) * step[1] * p[1]);
+                (re[j], im[j]) = (turn.re, turn.im);
+            }
+        }
+    });
     // The largest sum of the slopes with this index along x, and its index along y.
     let of_x = |(turned, sums): &mut (Vec<Complex64>, Vec<f64>), i: i32| -> (f64, i32) {
         let slope = f64::from(i) * step[0];
@@ -209,7 +208,7 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, 
         turned.extend(residual.iter().zip(place_m).map(|(z, p)| z * Complex64::from_polar(1.0, -slope * p[0])));
         sums.clear();
         sums.resize(2 * most as usize + 1, -1.0);
-        for (block, turns) in along_y.iter().enumerate() {
+        for (block, turns) in along_y.chunks(n).enumerate() {
             let Some(both) = coherent(turned, turns, least) else { continue };
             for (j, [up, down]) in (block * ABREAST..=most as usize).zip(both) {
                 (sums[most as usize + j], sums[most as usize - j]) = (up, down);
@@ -217,7 +216,8 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, 
         }
         (-most..).zip(sums).fold((-1.0, 0), |best, (j, sum)| if *sum > best.0 * (1.0 + 1e-12) { (*sum, j) } else { best })
     };
-    let best: Vec<(f64, i32)> = (-most..=most).into_par_iter().map_init(Default::default, of_x).collect();
+    let room = || (Vec::with_capacity(n), Vec::with_capacity(2 * most as usize + 1));
+    let best: Vec<(f64, i32)> = (-most..=most).into_par_iter().map_init(room, of_x).collect();
     let mut slope = None;
     let mut largest = -1.0;
     for (i, (sum, j)) in (-most..).zip(best) {

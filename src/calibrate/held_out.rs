@@ -13,7 +13,7 @@ use super::over_ranks::{Numbers, of_all};
 use crate::memory::MemoryBudget;
 use crate::random::stream;
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use cittert_arrays::{GainTable, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block, found_shared};
 use ndarray::{ArrayView3, Axis};
 use num_complex::{Complex32, Complex64};
 use rand::seq::SliceRandom;
@@ -147,8 +147,8 @@ impl HeldOut {
 
     /// The rows that are held out.
     fn rows_of(&self, coverage: &UvCoverage) -> Vec<usize> {
-        let ends = coverage.ant1.par_iter().zip(&coverage.ant2).enumerate();
-        ends.filter(|(_, (a, b))| self.pairs.contains(&pair_of(**a, **b))).map(|(row, _)| row).collect()
+        let held = |row: &usize| self.pairs.contains(&pair_of(coverage.ant1[*row], coverage.ant2[*row]));
+        found_shared(0..coverage.n_rows(), 1, |rows, list| list.extend(rows.filter(held)))
     }
 
     /// Baseline and part of the time of a row.

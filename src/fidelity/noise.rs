@@ -6,6 +6,8 @@ use std::borrow::Cow;
 
 /// A list with at most so many values is sorted by one thread.
 const FEW: usize = 1 << 16;
+/// Of a list with at most so many values those around the median are copied at once.
+const MANY: usize = 1 << 20;
 /// Number of values that show where the median lies.
 const SAMPLE: usize = 4096;
 
@@ -16,7 +18,7 @@ const SAMPLE: usize = 4096;
 /// Rousseeuw & Croux 1993, J. Am. Stat. Assoc. 88, 1273, eq. 1.2.
 #[must_use]
 pub fn robust_rms<P: Copy + Into<f64> + Send + Sync>(plane: ArrayView2<'_, P>) -> f64 {
-    let finite = |values: &[P]| values.par_iter().all(|v| (*v).into().is_finite());
+    let finite = |values: &[P]| values.par_chunks(FEW).all(|part| part.iter().fold(true, |all, v| all & (*v).into().is_finite()));
     let values = match plane.to_slice() {
         Some(all) if finite(all) => Cow::Borrowed(all),
         _ => Cow::Owned(plane.iter().copied().filter(|v| (*v).into().is_finite()).collect()),
@@ -36,10 +38,18 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
         let mut all: Vec<f64> = values.iter().map(f).collect();
         return middle(&mut all, n / 2, n.is_multiple_of(2), || f64::NAN);
     }
-    // The value of this rank lies in `range`, and `below` values lie below the range. A sample shows a narrow range, and a pass over all values whether
-    // the sample was right. A copy of all values would take as much memory as the image.
-    let (mut range, mut below, mut inside) = ((f64::NEG_INFINITY, f64::INFINITY), 0, n);
-    let rank = n / 2;
+    // A sample shows a narrow range in which the value of this rank lies, and a pass over all values whether the sample was right. A copy of all values
+    // would take as much memory as the image.
+    let (rank, even, all) = (n / 2, n.is_multiple_of(2), (f64::NEG_INFINITY, f64::INFINITY));
+    let narrow = || within(values, f, around(&mut sample(values, f, all, n), 0.5));
+    if n <= MANY
+        && let Some((mut found, below)) = narrow()
+        && (below + 1..below + found.len()).contains(&rank)
+    {
+        return middle(&mut found, rank - below, even, || f64::NAN);
+    }
+    // The value lies in `range`, and `below` values lie below the range.
+    let (mut range, mut below, mut inside) = (all, 0, n);
     while inside > FEW && range.0 < range.1 {
         let mut sample = sample(values, f, range, inside);
         let near = around(&mut sample, (rank - below) as f64 / inside as f64);
@@ -61,7 +71,6 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
             ((high.next_up(), range.1), not_more, below + inside - not_more)
         };
     }
-    let even = n.is_multiple_of(2);
     let before = || values.par_iter().map(f).filter(|v| *v < range.0).reduce(|| f64::NEG_INFINITY, f64::max);
     if range.0 == range.1 {
         let lower = if !even || rank > below { range.0 } else { before() };
@@ -69,6 +78,28 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     }
     let mut all: Vec<f64> = values.par_iter().map(f).filter(|v| (range.0..=range.1).contains(v)).collect();
     middle(&mut all, rank - below, even, before)
+}
+
+/// The values in a range, and how many lie below it. `None` where there are too many.
+fn within<P: Copy + Sync>(values: &[P], f: impl Fn(&P) -> f64 + Sync, (low, high): (f64, f64)) -> Option<(Vec<f64>, usize)> {
+    let most = FEW / 4;
+    let of_part = |part: &[P]| {
+        let (mut found, mut below) = (Vec::with_capacity(most), 0);
+        for v in part.iter().map(&f) {
+            below += usize::from(v < low);
+            if (low..=high).contains(&v) {
+                if found.len() == most {
+                    return None;
+                }
+                found.push(v);
+            }
+        }
+        Some((found, below))
+    };
+    let parts: Option<Vec<_>> = values.par_chunks(FEW).map(of_part).collect();
+    let parts = parts?;
+    let below = parts.iter().map(|p| p.1).sum();
+    Some((parts.into_iter().flat_map(|p| p.0).collect(), below))
 }
 
 /// Some of the `inside` values that lie in a range. They are spread over the list like random numbers, because images have rows.

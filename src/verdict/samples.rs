@@ -5,7 +5,7 @@ use crate::calibrate::{ModelVisibilities, of_all, sees_unpolarized};
 use crate::mem::HandsSum;
 use crate::memory::MemoryBudget;
 use bytemuck::{Pod, Zeroable};
-use cittert_arrays::{Polarization, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, place_among};
+use cittert_arrays::{Polarization, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, found_shared, place_among};
 use ndarray::Array3;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -215,7 +215,8 @@ fn add_block(samples: &mut Samples, header: &VisibilityHeader, block: &Visibilit
     let step = (TOGETHER / (n_chan * n_pol).max(1)).max(1);
     for first in (0..n_row).step_by(step) {
         let rows = first..(first + step).min(n_row);
-        let list: Vec<Sample> = rows.into_par_iter().flat_map_iter(of_row).filter_map(|(row, c, p)| sample(row, c, p)).collect();
+        let list =
+            found_shared(rows, n_chan * n_pol, |rows, list| list.extend(rows.flat_map(of_row).filter_map(|(row, c, p)| sample(row, c, p))));
         samples.extend((!list.is_empty()).then_some(list));
     }
 }
