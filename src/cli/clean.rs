@@ -13,12 +13,12 @@ use super::zero_spacing;
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::cost::{self, CleanWork, WavePasses};
-use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales, measured_scales};
+use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, RowSample, clean_once, pattern_image};
+use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
-use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -251,46 +251,33 @@ fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
 }
 
 /// The work of one CLEAN by a deconvolver with these options.
-///
-/// # Errors
-/// The beam of the rows that were looked at cannot be made.
-pub(super) fn work_of(
-    (clean, imaging): (&CleanOptions, &ImagingOptions),
-    name: &str,
-    looked: (&(Outlook, RowSample), &VisibilityHeader),
-) -> Result<CleanWork> {
-    Ok(CleanWork {
+pub(super) fn work_of(clean: &CleanOptions, name: &str, outlook: &Outlook) -> CleanWork {
+    let g = &outlook.grid;
+    let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
+    CleanWork {
         components: clean.niter as f64,
         gain: clean.gain,
         cycles: None,
         most_cycles: clean.max_major as f64,
         hogbom: name == "hogbom",
-        scales: if name == EXTENDED { scales_of((clean, imaging), looked)? } else { 0.0 },
+        scales: if name == EXTENDED { scales_of(clean, (beam_px, outlook.uv_range_wl.0 * g.cell_rad), g) } else { 0.0 },
         tested: false,
         judged: None,
         twice: false,
-    })
+    }
 }
 
-/// A scale is tested with the coarse beam if it is at least so many of its pixels wide.
-const TESTED_PX: f64 = 8.0;
+/// Half of the power of the kernel of a scale lies beyond this many cycles over its width.
+const HALF_POWER: f64 = 0.4;
 
-/// Number of scales of the minor cycle. Those that the baselines do not measure are not used; a coarse beam shows it for the wide ones, and the others are
-/// narrow enough to be measured.
-fn scales_of(
-    (clean, imaging): (&CleanOptions, &ImagingOptions),
-    ((outlook, sample), header): (&(Outlook, RowSample), &VisibilityHeader),
-) -> Result<f64> {
-    let grid = &outlook.grid;
-    let mut scales = clean.scales(1.0 / (outlook.uv_range_wl.1 * grid.cell_rad));
+/// Number of scales of the minor cycle, for a beam of this width and baselines from so many cycles a pixel on. A scale most of whose power lies below the shortest
+/// baseline is not measured, and not used.
+fn scales_of(clean: &CleanOptions, (beam_px, shortest): (f64, f64), grid: &SkyGrid) -> f64 {
+    let mut scales = clean.scales(beam_px);
     if scales.widths_px.is_empty() {
         scales.widths_px = chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m));
     }
-    let beam = sample.coarse_beam(header, grid, imaging)?;
-    let factor = beam.as_ref().map_or(f64::INFINITY, |b| b.1);
-    let (wide, narrow): (Vec<f64>, Vec<f64>) = scales.widths_px.iter().map(|w| w / factor).partition(|w| *w >= TESTED_PX);
-    let measured = beam.map_or(0, |(beam, _)| measured_scales(beam.view(), &wide, &clean.tuning).len());
-    Ok((narrow.len() + measured) as f64)
+    scales.widths_px.iter().filter(|width| **width * shortest <= HALF_POWER).count() as f64
 }
 
 impl Plan for CleanCommandArgs {
@@ -307,7 +294,7 @@ impl Plan for CleanCommandArgs {
             tested: self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
             judged: verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())?,
             twice: self.hold_out.is_made(source.as_ref(), g, &self.imaging),
-            ..work_of((&self.clean, &self.imaging), self.clean.entry()?.name, (&looked, source.header()))?
+            ..work_of(&self.clean, self.clean.entry()?.name, outlook)
         };
         let mut forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
         let mut facts = facts(outlook);

@@ -19,7 +19,7 @@ mod tuning;
 
 pub(crate) use minor::peak_size;
 pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
-pub(crate) use multiscale::{chosen as chosen_scales, measured as measured_scales};
+pub(crate) use multiscale::chosen as chosen_scales;
 pub use options::{Algorithm, CleanOptions, SkyBox};
 pub use tuning::CleanTuning;
 

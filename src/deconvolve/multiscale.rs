@@ -90,14 +90,23 @@ pub(super) fn make(psf: &ArcArray2<f32>, opts: &Scales, tuning: &CleanTuning) ->
     let largest = widths.iter().copied().fold(1.0, f64::max);
     let convolver = Convolver::<f32>::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
     let hole = Hole::of(&convolver, psf.view(), tuning.hole_edge);
-    let smooth = |width_px: f64| smoothed(psf.view(), width_px, (&convolver, &hole), tuning);
     let scale = |width_px: &f64| -> Result<Option<Scale>> {
         let bias = 1.0 - opts.bias * width_px / largest;
         if *width_px < 1.0 {
             return Ok(Some(Scale { width_px: 0.0, bias, kernel: None, beam: TiledBeam::new(psf)?, peak: 1.0 }));
         }
-        let Some((spectrum, mut twice)) = smooth(*width_px) else { return Ok(None) };
+        let spectrum = convolver.kernel(kernel(*width_px).mapv(|v| v as f32).view()).real(|v| v);
+        if hole.power_outside(&convolver, &spectrum) < tuning.least_measured {
+            return Ok(None);
+        }
+        let once = convolver.convolve(psf.view(), &spectrum);
+        let mut twice = convolver.convolve(once.view(), &spectrum);
         let peak = twice[(n_m / 2, n_l / 2)];
+        // The baselines do not measure a scale whose smoothed beam is not largest at its centre. Its components would be fitted to side lobes.
+        let seen = twice.iter().all(|v| v.abs() <= peak);
+        if !seen {
+            return Ok(None);
+        }
         twice /= peak;
         let beam = TiledBeam::new(&twice.into_shared())?;
         Ok(Some(Scale { width_px: *width_px, bias, kernel: Some(spectrum), beam, peak: peak.into() }))
@@ -106,33 +115,6 @@ pub(super) fn make(psf: &ArcArray2<f32>, opts: &Scales, tuning: &CleanTuning) ->
     let expected = "at least one scale that the baselines measure; they always measure scale 0";
     need("scales_px", format!("{widths:?}"), !scales.is_empty(), expected)?;
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf)?, convolver, scales, tuning: *tuning }))
-}
-
-/// The spectrum of the kernel of a scale, and the beam smoothed twice with it. `None` where the baselines do not measure the scale.
-fn smoothed(
-    psf: ArrayView2<'_, f32>,
-    width_px: f64,
-    (convolver, hole): (&Convolver<f32>, &Hole),
-    tuning: &CleanTuning,
-) -> Option<(RealSpectrum<f32>, Array2<f32>)> {
-    let spectrum = convolver.kernel(kernel(width_px).mapv(|v| v as f32).view()).real(|v| v);
-    if hole.power_outside(convolver, &spectrum) < tuning.least_measured {
-        return None;
-    }
-    let once = convolver.convolve(psf, &spectrum);
-    let twice = convolver.convolve(once.view(), &spectrum);
-    let peak = twice[(psf.nrows() / 2, psf.ncols() / 2)];
-    // The baselines do not measure a scale whose smoothed beam is not largest at its centre. Its components would be fitted to side lobes.
-    twice.iter().all(|v| v.abs() <= peak).then_some((spectrum, twice))
-}
-
-/// Of these widths, px, those of scales that the baselines of a beam measure, as [`make`] finds them.
-pub(crate) fn measured(psf: ArrayView2<'_, f32>, widths_px: &[f64], tuning: &CleanTuning) -> Vec<f64> {
-    let (n_m, n_l) = psf.dim();
-    let convolver = Convolver::<f32>::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
-    let hole = Hole::of(&convolver, psf, tuning.hole_edge);
-    let is_measured = |width: &f64| *width < 1.0 || smoothed(psf, *width, (&convolver, &hole), tuning).is_some();
-    widths_px.iter().copied().filter(is_measured).collect()
 }
 
 /// The hole in the middle of the u-v plane: the baselines that are shorter than the shortest ones of the array.

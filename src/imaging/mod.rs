@@ -13,7 +13,6 @@ mod cells;
 mod channel_cycles;
 mod cleaned;
 mod clock;
-mod coarse_beam;
 mod components;
 mod continued;
 mod corrected;

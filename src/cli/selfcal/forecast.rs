@@ -40,7 +40,7 @@ impl Plan for SelfcalArgs {
         if name == Algorithm::Mem.name() {
             let mut forecast = self.together(&of, (source.as_mut(), format, made), &looked, planner)?;
             forecast.assumptions.extend((!others.is_empty()).then(untried));
-            let one = work_of((&self.clean, &self.imaging), EXTENDED, (&looked, source.header()))?;
+            let one = work_of(&self.clean, EXTENDED, outlook);
             self.after(&mut forecast, source.as_mut(), (&looked, &one), format, planner)?;
             return Ok(Told { command: "selfcal", forecast, facts: facts(outlook) });
         }
@@ -57,7 +57,7 @@ impl Plan for SelfcalArgs {
         let short_epsilon = SelfcalTuning::default().epsilon_of_short_rounds(&self.imaging.grid_options());
         let values = outlook.visibilities() * outlook.shape.2 as f64;
         let judged = verdict::transform(header, &looked, &self.imaging, false)?;
-        let clean = CleanWork { judged, ..work_of((&self.clean, &self.imaging), name, (&looked, header))? };
+        let clean = CleanWork { judged, ..work_of(&self.clean, name, outlook) };
         let work = CalibrationWork {
             clean,
             rounds: ((plans.len() - deep) as f64, deep as f64),
