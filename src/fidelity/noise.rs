@@ -6,9 +6,9 @@ use std::borrow::Cow;
 
 /// A list with at most so many values is sorted by one thread.
 const FEW: usize = 1 << 16;
-/// Of a list with at most so many values those around the median are copied at once.
+/// Of a list with at most so many values, those near the median are copied in the first pass.
 const MANY: usize = 1 << 20;
-/// Most values around the median among [`FEW`].
+/// Most values near the median that are copied out of each [`FEW`] values.
 const MOST_FOUND: usize = FEW / 4;
 /// Number of values that show where the median lies.
 const SAMPLE: usize = 4096;

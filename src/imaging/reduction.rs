@@ -167,8 +167,8 @@ fn wrong(e: ndarray::ShapeError) -> ChainError {
     ChainError::Internal(e.to_string())
 }
 
-/// Memory of the visibilities and weights of some rows. The thread that first needs it clears it, so that the system gives new pages to all
-/// threads, and what was cleared is in the cache when it is written.
+/// Memory of the visibilities and weights of some rows. The thread that first needs that of the visibilities clears it, so that the system gives
+/// new pages to all threads, and what was cleared is in the cache when it is written.
 struct Place<'a> {
     vis: &'a mut [MaybeUninit<Complex32>],
     weight: PlaceOfWeights<'a>,

@@ -31,7 +31,7 @@ impl From<Array2<f32>> for RowWeights {
     }
 }
 
-/// The weights that all rows have which were met so far \[chan\]; set by the first row.
+/// The weights of the row that was read first \[chan\]. Those of every other row are compared with them.
 pub(super) type Common = OnceLock<Vec<f32>>;
 
 /// Memory of the weights of some rows. It is not touched, and the system need not give it, as long as the rows have the common weights.
