@@ -98,7 +98,7 @@ impl Held<'_> {
             (Term::Row, n * self.rows()),
             (Term::Fold, n * p.channel_multiply_adds * wide),
             (Term::Node, n * p.nodes * groups),
-            (Term::Spread, n * p.grid_multiply_adds * wide * p.idle.0.at(self.threads)),
+            (Term::Spread, n * p.grid_multiply_adds * wide * p.idle.at(self.threads)),
             (Term::ToImage, n * logs * self.remade(field) * wide),
             (Term::ToImagePoint, n * points * self.remade(field) * wide),
             (self.again().0, n * self.again().1),
@@ -116,7 +116,7 @@ impl Held<'_> {
             (Term::RowBack, n * self.rows()),
             (Term::Unfold, n * p.channel_multiply_adds * wide),
             (Term::NodeBack, n * p.nodes * groups),
-            (Term::Gather, n * p.grid_multiply_adds * wide * p.idle.1.at(self.threads)),
+            (Term::Gather, n * p.grid_multiply_adds * wide * p.idle.at(self.threads)),
             (Term::FromImage, n * logs * self.remade(field) * wide),
             (Term::FromImagePoint, n * points * self.remade(field) * wide),
         ]
@@ -145,13 +145,14 @@ impl Held<'_> {
         let planes = field.size.plane_bytes as f64;
         let (image, columns) = (self.plane(field.real_bytes as f64), field.size.column_bytes as f64);
         // The buffers of the columns are kept for the next model, as far as they may.
-        let result = image + (field.size.column_buffers as f64).min(self.outlook.memory.kept_buffers() as f64);
+        let kept_columns = (field.size.column_buffers as f64).min(self.outlook.memory.kept_buffers() as f64);
+        let result = image + kept_columns;
         let at_once = if field.size.groups > 1 {
             // Planes in groups serve one direction after the other, and the corrected model stays meanwhile.
             image + (planes + result.max(columns)).max(self.plane(DOUBLE))
         } else {
             let model = self.plane(DOUBLE) + columns + planes.max(self.planes_between(2.0));
-            model.max(2.0 * planes + columns).max(planes.max(self.planes_between(2.0)) + result)
+            model.max(2.0 * planes + kept_columns).max(planes.max(self.planes_between(2.0)) + result)
         };
         let held = self.residual_bands().map_or(at_once, |(b, nodes)| {
             let model = self.plane(DOUBLE) + b.own_bytes;

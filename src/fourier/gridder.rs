@@ -8,16 +8,19 @@ use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
 use super::plane_groups::{grid_row, in_group, plane_groups, reaches};
 use super::plane_rows::{PlaneRows, TILE};
+use super::pool::TileBuffer;
 use super::real::{Real, in_precision};
-use super::sort::{Chunk, Segment, TilePlace};
+use super::sort::{Chunk, TilePlace};
 use super::sorted_rows::SortedRows;
+use super::turns::{Turn, Turns, take_turns};
+use super::units::Unit;
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Sums the weighted visibilities of many blocks into one image.
 ///
@@ -66,7 +69,7 @@ impl<T: Real> Gridder<T> {
     pub fn add_sorted(&mut self, rows: &SortedRows, values: impl Fn(usize, &mut [Complex<T>]) + Sync) -> Result<()> {
         rows.check(&self.plan)?;
         let plan = &self.plan;
-        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| fill(plan, c, |_| true, &values)).collect();
+        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().with_max_len(1).map(|c| fill(plan, c, |_| true, &values)).collect();
         self.spread(rows, &nodes)?;
         self.plan.pool.give(nodes);
         Ok(())
@@ -172,14 +175,14 @@ pub(super) fn turn_nodes<T: Real, S: Default + AddAssign + Send>(
         }
         sum
     };
-    let sums: Vec<S> = rows.chunks.par_iter().zip(nodes).map(change).collect();
+    let sums: Vec<S> = rows.chunks.par_iter().zip(nodes).with_max_len(1).map(change).collect();
     sums.into_iter().fold(S::default(), |mut total, s| {
         total += s;
         total
     })
 }
 
-/// Grid the visibilities of some rows of tiles onto a group of planes, one colour after the other.
+/// Grid the visibilities of some rows of tiles onto a group of planes. What a cell receives is summed in the order of the colours.
 pub(super) fn grid_units<T: Real>(
     plan: &Plan<T>,
     (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
@@ -188,25 +191,48 @@ pub(super) fn grid_units<T: Real>(
 ) -> Result<()> {
     let input = (rows.chunks.as_slice(), nodes);
     let tile = || plan.pool.tile(tile_len(plan));
-    for colour in &rows.colours {
-        let inside = colour.par_iter().with_max_len(1).filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
-        inside.try_for_each_init(tile, |own, unit| {
-            let mut flush = Flush { plan, planes, group: &group };
-            if let [piece] = unit.pieces.as_slice() {
-                return run_task(plan, input, piece, (own, &mut flush));
-            }
-            let sum = |piece: &Vec<Segment>| {
-                let mut own = tile();
-                let mut hold = Hold { planes: 0 };
-                run_task(plan, input, piece, (&mut own, &mut hold)).map(|()| (own, hold.planes))
-            };
-            let sums = unit.pieces.par_iter().map(sum).collect::<Result<Vec<_>>>()?;
-            let place = TilePlace::of(plan, unit.pieces[0][0].key);
-            sums.into_iter().for_each(|(mut own, planes)| flush.end(place, &mut own, planes));
-            Ok(())
-        })?;
+    let inside = |u: &&Unit| band.contains(&u.v) && reaches(plan, u.slab, &group);
+    let units = rows.colours.iter().enumerate().flat_map(|(colour, units)| units.iter().filter(inside).map(move |u| (colour, u)));
+    let units: Vec<Tiles<'_, T>> = units.map(|(colour, unit)| Tiles { colour, unit, sums: Mutex::default() }).collect();
+    let tasks: Vec<(&Tiles<'_, T>, usize)> = units.iter().flat_map(|u| (0..u.unit.pieces.len()).map(move |piece| (u, piece))).collect();
+    let turns = Turns::new((rows.colours.len(), plan.tiles_v()), tasks.iter().map(|(of, _)| (of.colour, of.unit.v)));
+    take_turns(&tasks, tile, |own, (of, piece)| {
+        let segments = &of.unit.pieces[*piece];
+        let mut flush = Flush { plan, planes, group: &group, turn: turns.of(of.colour, of.unit.v) };
+        if of.unit.pieces.len() == 1 {
+            return run_task(plan, input, segments, (own, &mut flush));
+        }
+        let (mut own, mut hold) = (tile(), Hold { planes: 0 });
+        run_task(plan, input, segments, (&mut own, &mut hold))?;
+        for (mut own, reached) in of.complete(*piece, (own, hold.planes)) {
+            flush.end(TilePlace::of(plan, segments[0].key), &mut own, reached);
+        }
+        Ok(())
+    })
+}
+
+/// The tiles of a unit while it is gridded.
+struct Tiles<'a, T: Real> {
+    colour: usize,
+    unit: &'a Unit,
+    /// The sums of those pieces of a crowded tile that are ready, with their places.
+    sums: Mutex<Vec<(usize, Sum<'a, T>)>>,
+}
+
+/// The sum of a piece of a tile, and how many planes it reaches.
+type Sum<'a, T> = (TileBuffer<'a, T>, usize);
+
+impl<'a, T: Real> Tiles<'a, T> {
+    /// Put the sum of a piece to the others. The last one gets all sums, in the order of their pieces.
+    fn complete(&self, piece: usize, sum: Sum<'a, T>) -> Vec<Sum<'a, T>> {
+        let mut sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
+        sums.push((piece, sum));
+        if sums.len() < self.unit.pieces.len() {
+            return Vec::new();
+        }
+        sums.sort_by_key(|(piece, _)| *piece);
+        std::mem::take(&mut *sums).into_iter().map(|(_, sum)| sum).collect()
     }
-    Ok(())
 }
 
 /// Keeps the sum of one tile in its buffer, and how many planes it reaches.
@@ -228,11 +254,12 @@ impl<T: Real> Work<T> for Hold {
     }
 }
 
-/// Adds finished tiles to the planes. It locks one stripe of rows at a time.
+/// Adds finished tiles to the planes, from its turn on. It locks one stripe of rows at a time.
 struct Flush<'a, T: Real> {
     plan: &'a Plan<T>,
     planes: &'a PlaneRows<T>,
     group: &'a Range<usize>,
+    turn: Turn<'a>,
 }
 
 impl<T: Real> Work<T> for Flush<'_, T> {
@@ -241,6 +268,7 @@ impl<T: Real> Work<T> for Flush<'_, T> {
     fn begin(&mut self, _place: TilePlace, _tile: &mut [T]) {}
 
     fn end(&mut self, place: TilePlace, tile: &mut [T], planes: usize) {
+        self.turn.wait();
         let (plan, nu) = (self.plan, self.plan.nu);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();

@@ -44,6 +44,7 @@ mod pool;
 mod real;
 mod schedule;
 mod series;
+mod sharing;
 mod size;
 mod sort;
 mod sorted_rows;
@@ -52,6 +53,7 @@ mod tests;
 mod transform;
 #[cfg(test)]
 mod transform_tests;
+mod turns;
 mod units;
 mod uv_grid;
 mod wplanes;

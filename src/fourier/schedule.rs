@@ -2,7 +2,6 @@
 //! machine at hand has.
 
 use super::sorted_rows::SortedRows;
-use super::units::Unit;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -31,17 +30,13 @@ impl Idle {
         self.0[below] + (self.0[above] - self.0[below]) * (power - below as f64)
     }
 
-    /// Rounds of tasks with a barrier after each. A thread that is free takes the next task of the round.
-    fn of_rounds(rounds: &[Vec<usize>]) -> Self {
-        let total: usize = rounds.iter().flatten().sum();
+    /// Tasks of which a free thread takes the next one.
+    fn of_tasks(tasks: &[usize]) -> Self {
+        let total: usize = tasks.iter().sum();
         if total == 0 {
             return Self::default();
         }
-        Self(std::array::from_fn(|power| {
-            let threads = 1 << power;
-            let longest: usize = rounds.iter().map(|tasks| makespan(tasks, threads)).sum();
-            (longest * threads) as f64 / total as f64
-        }))
+        Self(std::array::from_fn(|power| (makespan(tasks, 1 << power) << power) as f64 / total as f64))
     }
 }
 
@@ -57,11 +52,11 @@ fn makespan(tasks: &[usize], threads: usize) -> usize {
 }
 
 impl SortedRows {
-    /// How threads share gridding, and prediction. Gridding takes one colour of tiles after the other, prediction takes all tiles at once.
-    pub(crate) fn idle(&self) -> (Idle, Idle) {
-        let pieces = |unit: &Unit| unit.pieces.iter().map(|p| p.iter().map(|s| s.weight).sum()).collect::<Vec<usize>>();
-        let rounds: Vec<Vec<usize>> = self.colours.iter().map(|colour| colour.iter().flat_map(pieces).collect()).collect();
-        (Idle::of_rounds(&rounds), Idle::of_rounds(&[rounds.concat()]))
+    /// How threads share gridding or prediction. That gridding waits for tiles of earlier colours is left out: what it waits for began long before.
+    pub(crate) fn idle(&self) -> Idle {
+        let units = self.colours.iter().flatten();
+        let tasks: Vec<usize> = units.flat_map(|u| &u.pieces).map(|piece| piece.iter().map(|s| s.weight).sum()).collect();
+        Idle::of_tasks(&tasks)
     }
 }
 
@@ -70,14 +65,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_wait_for_the_last_task_of_each_round() {
-        let idle = Idle::of_rounds(&[vec![3, 3, 2, 2, 2], vec![4]]);
+    fn threads_wait_for_the_last_task() {
+        let idle = Idle::of_tasks(&[4, 3, 3, 2, 2, 2]);
         assert_eq!(idle.at(1), 1.0);
-        // Two threads: 3 + 2 + 2 beside 3 + 2, then 4 alone: 11 for 16 of work.
-        assert_eq!(idle.at(2), 22.0 / 16.0);
-        // As many threads as tasks: the longest of each round.
-        assert_eq!(idle.at(8), 8.0 * 7.0 / 16.0);
-        assert_eq!(idle.at(3), f64::midpoint(idle.at(2), idle.at(4)) + (3.0_f64.log2() - 1.5) * (idle.at(4) - idle.at(2)));
-        assert_eq!((idle.at(0), Idle::of_rounds(&[]).at(7)), (1.0, 1.0));
+        // Two threads: 4 + 2 + 2 beside 3 + 3 + 2.
+        assert_eq!(idle.at(2), 1.0);
+        // Four threads: 4 beside 3 + 2, 3 and 2 + 2 for 16 of work.
+        assert_eq!(idle.at(4), 20.0 / 16.0);
+        // More threads than tasks: the longest task.
+        assert_eq!(idle.at(8), 8.0 * 4.0 / 16.0);
+        assert_eq!(idle.at(3), idle.at(2) + (3.0_f64.log2() - 1.0) * (idle.at(4) - idle.at(2)));
+        assert_eq!((idle.at(0), Idle::of_tasks(&[]).at(7)), (1.0, 1.0));
     }
 }

@@ -1,14 +1,14 @@
 //! The order in which tiles are added to the planes. It is fixed, so that any number of threads gives the same sums.
 //!
 //! A unit is a run of neighbouring tiles in one row of tiles. A finished tile reaches into the next tile of its row, into the next row, and
-//! over the edge of the grid to its other side. Units that do not reach each other have the same colour. The colours follow one another, and
-//! the units of one colour run at the same time. A crowded tile is a unit of its own: its pieces are summed at the same time, each in a tile
-//! of its own, and added in order.
+//! over the edge of the grid to its other side. Units that do not reach each other have the same colour. What a cell receives is added in the order
+//! of the colours. A crowded tile is a unit of its own: its pieces are summed at the same time, each in a tile of its own, and added in order.
 
 use super::plan::Plan;
 use super::real::Real;
 use super::sort::{Chunk, Segment, TilePlace};
 use super::wplanes::SLAB;
+use std::cmp::Reverse;
 
 /// Number of units that the visibilities of a block are divided into, if they lie close together. It depends on nothing but the plan.
 const UNITS: usize = 256;
@@ -41,7 +41,16 @@ pub(crate) fn units<T: Real>(plan: &Plan<T>, segments: Vec<Segment>, chunks: &[C
         }
     }
     colours.retain(|c| !c.is_empty());
+    // The light ones come last, so that threads end at about the same time.
+    colours.iter_mut().for_each(|c| c.sort_by_key(|u| Reverse(u.weight())));
     colours
+}
+
+impl Unit {
+    /// Number of nodes.
+    fn weight(&self) -> usize {
+        self.pieces.iter().flatten().map(|s| s.weight).sum()
+    }
 }
 
 /// Colours along one axis.

@@ -54,8 +54,8 @@ pub struct PassCounts {
     pub grid_multiply_adds: f64,
     /// Bytes of the order of the rows on the grid.
     pub sorted_bytes: f64,
-    /// How evenly threads share gridding, and prediction.
-    pub idle: (Idle, Idle),
+    /// How evenly threads share gridding or prediction.
+    pub idle: Idle,
 }
 
 impl PassCounts {
