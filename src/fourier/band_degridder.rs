@@ -8,12 +8,12 @@ use super::own_columns::{columns_of, lines_at_once};
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
-use super::sharing::share_out;
 use super::sorted_rows::SortedRows;
 use crate::Result;
 use cittert_arrays::Ranks;
 use ndarray::ArrayView2;
 use num_complex::Complex;
+use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -60,7 +60,7 @@ impl<T: Real> BandDegridder<T> {
         }
         drop(done);
         let scratch = || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()];
-        share_out(new.into_iter(), scratch, |scratch, (s, stripe)| {
+        new.into_par_iter().for_each_init(scratch, |scratch, (s, stripe)| {
             let used = used_rows(plan, s) * plan.planes() * plan.nu;
             stripe[..used].chunks_exact_mut(plan.nu).for_each(|row| plan.fft.rows[1].process_with_scratch(row, scratch));
         });

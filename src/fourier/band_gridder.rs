@@ -69,7 +69,7 @@ impl<T: Real> BandGridder<T> {
         rows.check(&self.plan)?;
         let (plan, Some(band)) = (&self.plan, self.bands.get(self.at)) else { return Ok(()) };
         let reach = rows.reaching(band);
-        let chunks = rows.chunks.par_iter().zip(&reach).with_max_len(1);
+        let chunks = rows.chunks.par_iter().zip(&reach);
         let nodes: Vec<Vec<Complex<T>>> = chunks.map(|(chunk, reach)| fill(plan, chunk, |k| reach[k], &values)).collect();
         grid_units(plan, (rows, &nodes), (&self.planes, 0..plan.planes()), band.clone())?;
         plan.pool.give(nodes);
@@ -91,7 +91,7 @@ impl<T: Real> BandGridder<T> {
         let Some(band) = self.bands.get(self.at).cloned() else { return };
         let mut stripes = self.planes.stripes_mut();
         let complete = &mut stripes[band.clone()];
-        transform_rows(&self.plan, complete.iter_mut().enumerate().map(|(k, stripe)| (band.start + k, &mut **stripe)));
+        transform_rows(&self.plan, complete.par_iter_mut().enumerate().map(|(k, stripe)| (band.start + k, &mut **stripe)));
         let done: Vec<Vec<Complex<T>>> = complete.iter_mut().map(|stripe| std::mem::take(*stripe)).collect();
         done.iter().for_each(|stripe| self.columns.take(&self.plan, stripe, ranks));
         self.at += 1;

@@ -7,7 +7,6 @@
 
 use super::line_fft::{LineFfts, apart, good_size};
 use super::real::Real;
-use super::sharing::share_out;
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -58,8 +57,7 @@ impl<T: Real> Convolver<T> {
         let half = self.half();
         let rows = self.rows(k_m, c_l, |row, out| copy_row(kernel.row(row), out));
         let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
-        share_out(
-            out.chunks_mut(BLOCK * self.p_m).enumerate(),
+        out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
             || vec![Complex::default(); self.fft.columns[0].get_inplace_scratch_len()],
             |scratch, (block, columns)| {
                 let width = columns.len() / self.p_m;
@@ -129,8 +127,7 @@ impl<T: Real> Convolver<T> {
         let zero = Complex::new(T::default(), T::default());
         // The threads that fill the memory are the first to touch it. To clear it first would take a tenth of the time of a convolution.
         let mut rows: Vec<Complex<T>> = Vec::with_capacity(count * half);
-        share_out(
-            rows.spare_capacity_mut()[..count * half].chunks_mut(2 * half).enumerate(),
+        rows.spare_capacity_mut()[..count * half].par_chunks_mut(2 * half).enumerate().for_each_init(
             || (vec![zero; self.p_l], vec![zero; self.fft.rows[0].get_inplace_scratch_len()], [self.line(), self.line()]),
             |(z, scratch, [a, b]), (pair, out)| {
                 a.fill(T::default());
@@ -176,8 +173,7 @@ impl<T: Real> Convolver<T> {
         let zero = Complex::new(T::default(), T::default());
         let scratch = self.fft.columns.iter().map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
         let stride = apart::<Complex<T>>(self.p_m);
-        share_out(
-            rows.axis_chunks_iter_mut(Axis(1), BLOCK).enumerate(),
+        rows.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(
             || (vec![zero; BLOCK * stride], vec![zero; scratch]),
             |(z, scratch), (block, mut part)| {
                 for (r, row) in part.rows().into_iter().enumerate() {
@@ -205,8 +201,7 @@ impl<T: Real> Convolver<T> {
     pub(super) fn back(&self, rows: &Array2<Complex<T>>, out: &mut Array2<T>, combine: impl Fn(&mut T, T) + Sync) {
         let zero = Complex::new(T::default(), T::default());
         let scale = T::of(1.0 / (self.p_l as f64 * self.p_m as f64));
-        share_out(
-            out.axis_chunks_iter_mut(Axis(0), 2).enumerate(),
+        out.axis_chunks_iter_mut(Axis(0), 2).into_par_iter().enumerate().for_each_init(
             || (vec![zero; self.p_l], vec![zero; self.fft.rows[1].get_inplace_scratch_len()]),
             |(z, scratch), (pair, mut lines)| {
                 let two = lines.nrows() == 2;

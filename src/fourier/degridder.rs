@@ -10,7 +10,6 @@ use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Segment, TilePlace};
 use super::sorted_rows::SortedRows;
-use super::turns::take_turns;
 use crate::finite::all_finite;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
@@ -94,7 +93,7 @@ impl<T: Real> Degridder<T> {
             parts.push(part);
             rest = after;
         }
-        parts.into_par_iter().zip(&rows.chunks).zip(&nodes).with_max_len(1).for_each(|((mut part, chunk), nodes)| {
+        parts.into_par_iter().zip(&rows.chunks).zip(&nodes).for_each(|((mut part, chunk), nodes)| {
             let (mut buffer, mut parts) = (vec![Complex::default(); plan.n_chan()], Vec::new());
             for (mut to, row) in part.rows_mut().into_iter().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
@@ -159,8 +158,7 @@ pub(super) fn degrid_units<T: Real>(
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
     let inside = rows.colours.iter().flatten().filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
     let pieces: Vec<&[Segment]> = inside.flat_map(|u| &u.pieces).map(Vec::as_slice).collect();
-    take_turns(
-        &pieces,
+    pieces.par_iter().with_max_len(1).try_for_each_init(
         || plan.pool.tile(tile_len(plan)),
         |tile, piece| run_task(plan, (&rows.chunks, &[]), piece, (tile, &mut Load { plan, planes, group: &group, targets: &targets })),
     )

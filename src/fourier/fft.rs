@@ -8,10 +8,10 @@ use super::line_fft::apart;
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, cis_of_all};
-use super::sharing::share_out;
 use super::wplanes::WBasis;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Number of columns that are transformed together. They are a few cache lines of each row.
@@ -73,33 +73,25 @@ fn factors<T: Real>(plan: &Plan<T>, first: usize, depths: &[f64]) -> Vec<f64> {
 
 /// Multiply the sum of all planes \[m, l\] by the factors of its pixels.
 pub(crate) fn correct<T: Real>(plan: &Plan<T>, image: &mut Array2<T>) {
-    share_out(
-        image.axis_chunks_iter_mut(Axis(1), BLOCK).enumerate(),
-        || (),
-        |(), (b, mut block)| {
-            let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
-            for (mut line, factor) in block.rows_mut().into_iter().zip(factor.chunks_exact(BLOCK)) {
-                line.iter_mut().zip(factor).for_each(|(v, f)| *v = T::of(v.to64() * f));
-            }
-        },
-    );
+    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+        let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
+        for (mut line, factor) in block.rows_mut().into_iter().zip(factor.chunks_exact(BLOCK)) {
+            line.iter_mut().zip(factor).for_each(|(v, f)| *v = T::of(v.to64() * f));
+        }
+    });
 }
 
 /// An image \[m, l\] times the factors of its pixels.
 pub(crate) fn corrected<T: Real, P: Real>(plan: &Plan<T>, image: ArrayView2<'_, P>) -> Array2<T> {
     let mut out = Array2::zeros(image.dim());
-    share_out(
-        out.axis_chunks_iter_mut(Axis(1), BLOCK).enumerate(),
-        || (),
-        |(), (b, mut block)| {
-            let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
-            for ((i, mut line), factor) in block.rows_mut().into_iter().enumerate().zip(factor.chunks_exact(BLOCK)) {
-                for (c, (o, f)) in line.iter_mut().zip(factor).enumerate() {
-                    *o = T::of(image[(i, b * BLOCK + c)].to64() * f);
-                }
+    out.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+        let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
+        for ((i, mut line), factor) in block.rows_mut().into_iter().enumerate().zip(factor.chunks_exact(BLOCK)) {
+            for (c, (o, f)) in line.iter_mut().zip(factor).enumerate() {
+                *o = T::of(image[(i, b * BLOCK + c)].to64() * f);
             }
-        },
-    );
+        }
+    });
     out
 }
 
@@ -189,8 +181,7 @@ impl Place {
 /// next use.
 pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<T>) -> PlaneRows<T> {
     let planes = rows.planes;
-    share_out(
-        rows.stripes_mut().into_iter().enumerate(),
+    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
         || (LineOfPixels::new(plan), vec![Complex::default(); TILE * planes * plan.grid.n_l]),
         |(line, columns), (s, stripe)| {
             for (at, row) in stripe.chunks_exact_mut(plan.nu).take(used_rows(plan, s) * planes).enumerate() {
@@ -240,12 +231,8 @@ impl<T: Real> LineOfPixels<T> {
 }
 
 /// Transform the rows of some stripes \[row, plane, u\] along u. The pixels of the image are then at the front of each row, in order.
-pub(super) fn transform_rows<'s, T: Real>(
-    plan: &Plan<T>,
-    stripes: impl DoubleEndedIterator<Item = (usize, &'s mut Vec<Complex<T>>)> + ExactSizeIterator + Send,
-) {
-    share_out(
-        stripes,
+pub(super) fn transform_rows<'s, T: Real>(plan: &Plan<T>, stripes: impl IndexedParallelIterator<Item = (usize, &'s mut Vec<Complex<T>>)>) {
+    stripes.for_each_init(
         || LineOfPixels::new(plan),
         |line, (s, stripe)| {
             let used = used_rows(plan, s) * (stripe.len() / TILE);
@@ -267,7 +254,7 @@ pub(super) fn columns_to_image<'r, T: Real>(
 ) {
     let (first_plane, planes) = (planes.start, planes.len());
     let buffers = || (vec![T::default(); plan.grid.n_m * BLOCK], Work::new(plan, 0));
-    share_out(image.axis_chunks_iter_mut(Axis(1), BLOCK).enumerate(), buffers, |(sum, work), (b, mut block)| {
+    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(buffers, |(sum, work), (b, mut block)| {
         let columns = Columns::new(plan, first + b * BLOCK);
         sum.fill(T::default());
         for p in 0..planes {
@@ -295,8 +282,7 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
     let (nu, n_rows) = (plan.nu, plan.n_rows);
     let blocks = image_to_columns(plan, image, (raw, group), 0..plan.grid.n_l.div_ceil(BLOCK));
     let mut rows = plan.pool.take_planes(n_rows, planes, nu);
-    share_out(
-        rows.stripes_mut().into_iter().enumerate(),
+    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
         || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
         |scratch, (s, stripe)| {
             for (at, row) in stripe.chunks_exact_mut(nu).enumerate() {
@@ -334,26 +320,27 @@ pub(super) fn image_to_columns<T: Real, P: Real>(
 ) -> Vec<Vec<Complex<T>>> {
     let (first_plane, planes, n_rows) = (group.start, group.len(), plan.n_rows);
     let buffers = || (vec![T::default(); plan.grid.n_m * BLOCK], Work::new(plan, 1));
-    let mut made = vec![Vec::new(); blocks.len()];
-    share_out(blocks.zip(&mut made), buffers, |(pixels, work), (b, made)| {
-        let columns = Columns::new(plan, b * BLOCK);
-        pixels.fill(T::default());
-        let factor = raw.then(|| columns.factors());
-        for i in 0..plan.grid.n_m {
-            for c in 0..columns.width {
-                let v = image[(i, columns.first + c)].to64();
-                pixels[i * BLOCK + c] = T::of(factor.as_ref().map_or(v, |f| v * f[i * BLOCK + c]));
+    blocks
+        .into_par_iter()
+        .map_init(buffers, |(pixels, work), b| {
+            let columns = Columns::new(plan, b * BLOCK);
+            pixels.fill(T::default());
+            let factor = raw.then(|| columns.factors());
+            for i in 0..plan.grid.n_m {
+                for c in 0..columns.width {
+                    let v = image[(i, columns.first + c)].to64();
+                    pixels[i * BLOCK + c] = T::of(factor.as_ref().map_or(v, |f| v * f[i * BLOCK + c]));
+                }
             }
-        }
-        let mut out = plan.pool.take(planes * n_rows * BLOCK);
-        for (p, out) in out.chunks_exact_mut(n_rows * BLOCK).enumerate() {
-            work.spread(&columns, first_plane + p, pixels);
-            work.transform(plan, 1);
-            work.collect(&columns, first_plane + p, out);
-        }
-        *made = out;
-    });
-    made
+            let mut out = plan.pool.take(planes * n_rows * BLOCK);
+            for (p, out) in out.chunks_exact_mut(n_rows * BLOCK).enumerate() {
+                work.spread(&columns, first_plane + p, pixels);
+                work.transform(plan, 1);
+                work.collect(&columns, first_plane + p, out);
+            }
+            out
+        })
+        .collect()
 }
 
 /// Buffers of one task of the pass over columns.

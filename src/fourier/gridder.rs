@@ -69,7 +69,7 @@ impl<T: Real> Gridder<T> {
     pub fn add_sorted(&mut self, rows: &SortedRows, values: impl Fn(usize, &mut [Complex<T>]) + Sync) -> Result<()> {
         rows.check(&self.plan)?;
         let plan = &self.plan;
-        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().with_max_len(1).map(|c| fill(plan, c, |_| true, &values)).collect();
+        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| fill(plan, c, |_| true, &values)).collect();
         self.spread(rows, &nodes)?;
         self.plan.pool.give(nodes);
         Ok(())
@@ -175,7 +175,7 @@ pub(super) fn turn_nodes<T: Real, S: Default + AddAssign + Send>(
         }
         sum
     };
-    let sums: Vec<S> = rows.chunks.par_iter().zip(nodes).with_max_len(1).map(change).collect();
+    let sums: Vec<S> = rows.chunks.par_iter().zip(nodes).map(change).collect();
     sums.into_iter().fold(S::default(), |mut total, s| {
         total += s;
         total

@@ -44,7 +44,6 @@ mod pool;
 mod real;
 mod schedule;
 mod series;
-mod sharing;
 mod size;
 mod sort;
 mod sorted_rows;

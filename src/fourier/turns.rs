@@ -3,9 +3,8 @@
 //! Tiles that reach each other have different colours. A thread that has summed a tile waits, before it adds the tile to the planes, until those tiles of earlier
 //! colours are done that it may reach: those in the rows of tiles beside it. All others go on meanwhile, so that threads do not halt after each colour.
 
-use super::sharing::hand_out;
 use crate::Result;
-use std::sync::OnceLock;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How far the tiles of a row reach: into the next row, or over the edge of the grid from the last two rows.
@@ -74,13 +73,15 @@ pub(super) fn take_turns<T: Sync, S>(
     state: impl Fn() -> S + Sync,
     work: impl Fn(&mut S, &T) -> Result<()> + Sync,
 ) -> Result<()> {
-    let (next, failed) = (AtomicUsize::new(0), OnceLock::new());
-    let take = |_| tasks.get(next.fetch_add(1, Ordering::Relaxed));
-    hand_out((tasks.len(), take), state, |own, task| {
-        // The first error counts.
-        let _ = work(own, task).map_err(|e| failed.set(e));
-    });
-    failed.into_inner().map_or(Ok(()), Err)
+    let next = AtomicUsize::new(0);
+    let takers = rayon::current_num_threads().min(tasks.len());
+    (0..takers).into_par_iter().with_max_len(1).try_for_each(|_| {
+        let mut own = None;
+        while let Some(task) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+            work(own.get_or_insert_with(&state), task)?;
+        }
+        Ok(())
+    })
 }
 
 #[cfg(test)]
