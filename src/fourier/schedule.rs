@@ -52,7 +52,8 @@ fn makespan(tasks: &[usize], threads: usize) -> usize {
 }
 
 impl SortedRows {
-    /// How threads share gridding or prediction. That gridding waits for tiles of earlier colours is left out: what it waits for began long before.
+    /// How threads share gridding or prediction. That gridding also waits for tiles of earlier
+    /// colours is left out. With two threads this is rare, with many it is not, and their time is then too short.
     pub(crate) fn idle(&self) -> Idle {
         let units = self.colours.iter().flatten();
         let tasks: Vec<usize> = units.flat_map(|u| &u.pieces).map(|piece| piece.iter().map(|s| s.weight).sum()).collect();
