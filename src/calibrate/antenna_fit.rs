@@ -2,7 +2,7 @@
 
 use super::delay::solve_delays;
 use super::least_squares::{Fit, Pairs, solve_pairs};
-use super::normal::Cell;
+use super::normal_sums::Cell;
 use super::options::{GainMode, Outliers, SolveOptions};
 use crate::closure::pairs_of;
 use num_complex::Complex64;

@@ -66,6 +66,8 @@ mod least_squares;
 mod lookup;
 mod model;
 mod normal;
+mod normal_rows;
+mod normal_sums;
 mod options;
 mod over_ranks;
 mod pointing;
@@ -110,7 +112,8 @@ pub use judged::{Beginning, Calibrated, Candidate, CandidateRecord, Verdict, cal
 pub use leakage::{FeedTerm, LeakageSolution, solve_leakages};
 pub(crate) use model::sees_unpolarized;
 pub use model::{ModelVisibilities, PointModel, SetModel};
-pub use normal::{NormalEquations, SampleCounts};
+pub use normal::NormalEquations;
+pub use normal_sums::SampleCounts;
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
 pub(crate) use over_ranks::{ends_all, of_all};
 pub use pointing::{PointingReport, PointingSolveOptions, solve_pointings};

@@ -4,9 +4,11 @@
 
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
+use super::normal_rows::{Added, RowsOfBlock};
+use super::normal_sums::{Cell, IntervalSums, SampleCounts};
 use super::options::{ChannelGroups, GainMode, Outliers, SolveOptions};
 use super::over_ranks::{Numbers, begin, first_row, of_all};
-use crate::closure::{TimeBins, TimeSpan, n_pairs, pair_index};
+use crate::closure::{TimeBins, TimeSpan, n_pairs};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -15,75 +17,6 @@ use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// Sums over the samples of a baseline (or of one row of it) in an interval. V is taken as antenna p to q with p < q.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Cell {
-    /// sum w V conj(M).
-    pub(crate) vm: Complex64,
-    /// sum w |M|^2.
-    pub(crate) mm: f64,
-    /// sum w |V|^2.
-    pub(crate) vv: f64,
-    /// Samples.
-    pub(crate) n: u32,
-    /// The parts of `vm` and `mm` that come from every second sample.
-    pub(crate) half_vm: Complex64,
-    pub(crate) half_mm: f64,
-}
-
-impl Cell {
-    fn add(&mut self, w: f64, v: Complex64, m: Complex64) {
-        let (vm, mm) = (w * v * m.conj(), w * m.norm_sqr());
-        self.vm += vm;
-        self.mm += mm;
-        self.vv += w * v.norm_sqr();
-        if self.n % 2 == 1 {
-            self.half_vm += vm;
-            self.half_mm += mm;
-        }
-        self.n += 1;
-    }
-
-    /// Add the sums over samples that follow. Every second sample is counted over both.
-    pub(super) fn follow(&mut self, next: &Self) {
-        let odd = self.n % 2 == 1;
-        self.half_vm += if odd { next.vm - next.half_vm } else { next.half_vm };
-        self.half_mm += if odd { next.mm - next.half_mm } else { next.half_mm };
-        self.vm += next.vm;
-        self.mm += next.mm;
-        self.vv += next.vv;
-        self.n += next.n;
-    }
-
-    /// sum w |V - G M|^2 for a gain product G.
-    pub(crate) fn chi2(&self, product: Complex64) -> f64 {
-        (self.vv - 2.0 * (product.conj() * self.vm).re + product.norm_sqr() * self.mm).max(0.0)
-    }
-}
-
-/// The sums of one interval.
-#[derive(Debug, Clone)]
-pub(crate) struct IntervalSums {
-    pub(crate) span: TimeSpan,
-    /// \[group, feed, pair\].
-    pub(crate) cells: Vec<Cell>,
-    /// With robust weights: index into `cells` and the sums of one row.
-    pub(crate) rows: Vec<(u32, Cell)>,
-}
-
-/// Counts of the samples that were used and left out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SampleCounts {
-    /// Samples that entered the solution.
-    pub used: u64,
-    /// Flagged, or of a weight that is not positive.
-    pub flagged: u64,
-    /// Not flagged, but NaN or infinite in value or weight.
-    pub not_finite: u64,
-    /// Where the model is NaN or infinite.
-    pub bad_model: u64,
-}
 
 /// Normal equations of a whole set.
 #[derive(Debug, Clone)]
@@ -185,64 +118,14 @@ impl NormalEquations {
             let empty = || IntervalSums { span: TimeSpan::empty(), cells: vec![Cell::default(); n_cells], rows: Vec::new() };
             self.intervals.entry(*key).or_insert_with(empty);
         }
-        // Each task sums the rows of one interval in their order, so the sums do not depend on the number of threads.
+        // The rows of a baseline and interval are summed in their order, so the sums do not depend on the number of threads.
         let Self { feeds, channels, options, intervals, .. } = self;
-        let task = |(sums, rows): (&mut IntervalSums, &Vec<usize>)| {
-            let (mut counts, mut present) = (SampleCounts::default(), vec![false; n_ant]);
-            let mut row_cells: Vec<(u32, Cell)> = Vec::new();
-            for &row in rows {
-                let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
-                let pair = pair_index(n_ant, a1.min(a2), a1.max(a2));
-                let used_before = counts.used;
-                row_cells.clear();
-                let here = row * samples..(row + 1) * samples;
-                let (vis, weights, flags, model) = (&vis[here.clone()], &weights[here.clone()], &flags[here.clone()], &model[here]);
-                for (i, (((v, w), flag), m)) in vis.iter().zip(weights).zip(flags).zip(model).enumerate() {
-                    let Some(feed) = feeds.of_pol[i % n_pol] else { continue };
-                    if *flag || *w <= 0.0 {
-                        counts.flagged += 1;
-                        continue;
-                    }
-                    let (v, m, w) = (wide(*v), wide(*m), f64::from(*w));
-                    if !(w.is_finite() && v.re.is_finite() && v.im.is_finite()) {
-                        counts.not_finite += 1;
-                        continue;
-                    }
-                    if !(m.re.is_finite() && m.im.is_finite()) {
-                        counts.bad_model += 1;
-                        continue;
-                    }
-                    let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
-                    let index = (channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
-                    sums.cells[index].add(w, v, m);
-                    counts.used += 1;
-                    if options.outliers != Outliers::None {
-                        match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
-                            Some((_, cell)) => cell.add(w, v, m),
-                            None => {
-                                let mut cell = Cell::default();
-                                cell.add(w, v, m);
-                                row_cells.push((index as u32, cell));
-                            }
-                        }
-                    }
-                }
-                sums.rows.extend(row_cells.iter().copied());
-                if counts.used > used_before {
-                    sums.span.add(coverage.time_jd[row], coverage.integration_s[row]);
-                    present[a1] = true;
-                    present[a2] = true;
-                }
-            }
-            (counts, present)
-        };
+        let by_row = options.outliers != Outliers::None;
+        let of = RowsOfBlock { coverage, vis, weights, flags, model, samples, n_pol, n_ant, feeds, channels, by_row };
         let parts: Vec<_> = intervals.iter_mut().filter_map(|(key, sums)| rows_of.get(key).map(|rows| (sums, rows))).collect();
-        let done: Vec<(SampleCounts, Vec<bool>)> = parts.into_par_iter().map(task).collect();
-        for (counts, present) in done {
-            self.counts.used += counts.used;
-            self.counts.flagged += counts.flagged;
-            self.counts.not_finite += counts.not_finite;
-            self.counts.bad_model += counts.bad_model;
+        let done: Vec<Added> = parts.into_par_iter().map(|(sums, rows)| of.add(rows, sums)).collect();
+        for Added { counts, present, .. } in done {
+            self.counts.add(counts);
             self.present.iter_mut().zip(present).for_each(|(all, part)| *all |= part);
         }
         Ok(())
@@ -316,11 +199,7 @@ impl NormalEquations {
     fn follow(&mut self, numbers: &[f64]) -> Option<()> {
         let mut numbers = Numbers::of(numbers);
         let [used, flagged, not_finite, bad_model] = numbers.next()?.map(|n: f64| n as u64);
-        let c = &mut self.counts;
-        c.used += used;
-        c.flagged += flagged;
-        c.not_finite += not_finite;
-        c.bad_model += bad_model;
+        self.counts.add(SampleCounts { used, flagged, not_finite, bad_model });
         for present in &mut self.present {
             let [here] = numbers.next()?;
             *present |= here > 0.0;
@@ -369,8 +248,4 @@ impl NormalEquations {
         let start = (group * self.feeds.names.len() + feed) * n;
         &sums.cells[start..start + n]
     }
-}
-
-fn wide(z: Complex<f32>) -> Complex64 {
-    Complex64::new(f64::from(z.re), f64::from(z.im))
 }

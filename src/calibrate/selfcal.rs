@@ -10,7 +10,8 @@
 use super::apply::CalibratedSource;
 use super::held_out::{HeldOut, Prediction, Without};
 use super::model::{ModelVisibilities, PointModel};
-use super::normal::{Cell, NormalEquations};
+use super::normal::NormalEquations;
+use super::normal_sums::Cell;
 use super::options::{GainMode, RoundOptions, SolveOptions};
 use super::over_ranks::ends_all;
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule};

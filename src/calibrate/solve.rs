@@ -2,7 +2,8 @@
 
 use super::antenna_fit::{AntennaFit, FlagReason, IntervalData, RowSums, solve_interval};
 use super::model::ModelVisibilities;
-use super::normal::{IntervalSums, NormalEquations, SampleCounts};
+use super::normal::NormalEquations;
+use super::normal_sums::{IntervalSums, SampleCounts};
 use super::options::{GainMode, SolveOptions};
 use super::reference::{reference_phases, reference_priority};
 use crate::closure::n_pairs;

@@ -9,7 +9,8 @@
 //! alternately into two halves, and the triangle products of one half are correlated with those of the other. The phases of the model
 //! cancel.
 
-use super::normal::{Cell, NormalEquations};
+use super::normal::NormalEquations;
+use super::normal_sums::Cell;
 use crate::closure::{n_pairs, pair_index};
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -19,6 +19,17 @@ const KEPT: f64 = 8.0;
 const SAMPLE: f64 = 64.0;
 const LISTED: f64 = 28.0;
 
+/// What is left of a visibility of all products, and of a row, while a source outside the image is sought.
+const LEFT: f64 = 16.0;
+const LEFT_ROW: f64 = 24.0;
+/// A row of them that is gridded, and a visibility without its nodes.
+const GRIDDED_ROW: f64 = 88.0;
+const GRIDDED: f64 = 8.0;
+/// The planes and the image of the widest field that is searched.
+const WIDE: f64 = ((16 << 20) + (12 << 20)) as f64;
+/// Pixels along a side of an image, up to which all baselines show the field around it. Fewer do around larger ones.
+const ALL_SHOW: f64 = 768.0;
+
 impl Held<'_> {
     /// Visibilities by which a fit is judged. Two hands count as one.
     fn judged(self) -> f64 {
@@ -41,11 +52,16 @@ impl Held<'_> {
         let nodes = part * (field.pass.sorted_bytes + (field.pass.nodes * 2.0 * SINGLE).max(self.sorting_bytes(field)));
         let blocks = ROW * rows + RAW * values;
         let predicting = blocks + SUM * values + made.max(again + nodes + PREDICTED * visibilities).max(RAW * values);
+        // Whether a source is sought is not known before. It may take as much as this.
+        let (n_l, n_m) = (self.outlook.grid.n_l, self.outlook.grid.n_m);
+        let shown = (ALL_SHOW / n_l.max(n_m) as f64).min(1.0);
+        let left = shown * (LEFT * visibilities + LEFT_ROW * rows);
+        let wide = shown * (GRIDDED_ROW * rows + GRIDDED * visibilities + part * field.pass.nodes * 2.0 * SINGLE) + WIDE;
         let n = self.judged();
         let listing = (blocks + KEPT * values + SAMPLE * n).max((SAMPLE + LISTED) * n);
         // The model, and what an antenna sees of it.
         let models = 2.0 * DOUBLE * self.plane(out);
-        let stage = Stage::new("verdict", models + stays + predicting.max(listing) + beside);
+        let stage = Stage::new("verdict", models + stays + listing.max(left + predicting.max(wide)) + beside);
         let (logs, points) = (field.size.point_logs * out, field.size.points * out);
         stage.doing([(Term::Judge, n), (Term::FromImage, logs), (Term::FromImagePoint, points)])
     }

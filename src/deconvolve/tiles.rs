@@ -24,10 +24,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 const CONVOLUTION: usize = 1000;
 
 /// Tiles whose bound exceeds this part of the last peak will soon have to be updated.
-const SOON: f64 = 0.95;
+const SOON: f64 = 0.9;
 /// Number of components in tiles, about 0.1 ms of work, from which on several tiles are updated together.
-const ENOUGH: usize = 300;
-/// Parts of the work of one thread. A thread that is done takes parts of the others.
+const ENOUGH: usize = 1000;
+/// Parts of the work of one thread, without the tiles that are parts by themselves. A thread that is done takes parts of the others.
 const PARTS: usize = 4;
 
 /// The state of the residual between components.
@@ -225,14 +225,24 @@ impl<'a> TiledResidual<'a> {
             allowed: self.allowed.clone(),
             negative: self.negative,
         };
-        let mut parts: Vec<Vec<_>> = (0..members * PARTS).map(|_| Vec::new()).collect();
+        // A tile that was not updated for long may have a third of the work. Such tiles come first, each by itself, so that nobody waits for one at the end.
+        let total: usize = soon.iter().map(|k| n - self.applied[*k]).sum();
+        let each = 2 * PARTS;
+        let mut parts: Vec<Vec<_>> = (0..members * each).map(|_| Vec::new()).collect();
+        let mut heavy = 0;
         for k in soon {
-            let part = k % members * PARTS + k / members % PARTS;
-            parts[part].push((*k, n - self.applied[*k], std::mem::take(&mut self.tiles[*k]), 0.0));
+            let missing = n - self.applied[*k];
+            let (member, slot) = if missing * members * PARTS >= total && heavy < members * PARTS {
+                heavy += 1;
+                ((heavy - 1) % members, (heavy - 1) / members)
+            } else {
+                (k % members, PARTS + k / members % PARTS)
+            };
+            parts[member * each + slot].push((*k, missing, std::mem::take(&mut self.tiles[*k]), 0.0));
         }
         let lent: Arc<Vec<_>> = Arc::new(parts.into_iter().map(Mutex::new).collect());
         let own = Arc::clone(&lent);
-        self.crew.each(PARTS, move |part| {
+        self.crew.each(each, move |part| {
             for (k, missing, tile, peak) in own[part].lock().unwrap_or_else(PoisonError::into_inner).iter_mut() {
                 *peak = update.of((*k, corner(*k, t_l)), *missing, tile);
             }

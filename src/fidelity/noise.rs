@@ -7,10 +7,10 @@ use std::borrow::Cow;
 /// A list with at most so many values is sorted by one thread.
 const FEW: usize = 1 << 16;
 /// Of a list with at most so many values, those near the median are copied in the first pass.
-const MANY: usize = 1 << 20;
+const MANY: usize = 1 << 24;
 /// Most values near the median that are copied out of each [`FEW`] values.
 const MOST_FOUND: usize = FEW / 4;
-/// Number of values that show where the median lies.
+/// Number of values that show where the median lies. More of them show it more narrowly in a long list.
 const SAMPLE: usize = 4096;
 
 /// Noise of an image that contains sources: 1.4826 times the median distance of the pixels from their median. A minority of bright pixels
@@ -43,7 +43,7 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     // A sample shows a narrow range in which the value of this rank lies, and a pass over all values whether the sample was right. A copy of all values
     // would take as much memory as the image.
     let (rank, even, all) = (n / 2, n.is_multiple_of(2), (f64::NEG_INFINITY, f64::INFINITY));
-    let narrow = || within(values, f, around(&mut sample(values, f, all, n), 0.5));
+    let narrow = || within(values, f, around(&mut sample(values, f, all, SAMPLE * (n / FEW).isqrt()), 0.5));
     if n <= MANY
         && let Some((mut found, below)) = narrow()
         && (below + 1..below + found.len()).contains(&rank)
@@ -53,7 +53,7 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     // The value lies in `range`, and `below` values lie below the range.
     let (mut range, mut below, mut inside) = (all, 0, n);
     while inside > FEW && range.0 < range.1 {
-        let mut sample = sample(values, f, range, inside);
+        let mut sample = sample(values, f, range, SAMPLE * n.div_ceil(inside));
         let near = around(&mut sample, (rank - below) as f64 / inside as f64);
         // Where half of the values are the same, a sample is not narrower than the range. Its middle divides the range in any case.
         let (low, high) = if near.0 <= range.0 && near.1 >= range.1 {
@@ -102,12 +102,11 @@ fn within<P: Copy + Sync>(values: &[P], f: impl Fn(&P) -> f64 + Sync, (low, high
     Some((parts.into_iter().flat_map(|p| p.0).collect(), below))
 }
 
-/// Some of the `inside` values that lie in a range. They are spread over the list like random numbers, because images have rows.
-fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), inside: usize) -> Vec<f64> {
+/// Those of so many draws that lie in a range. They are spread over the list like random numbers, because images have rows.
+fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), draws: usize) -> Vec<f64> {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15; // the golden ratio
     let n = values.len() as u128;
     let place = |k: usize| ((u128::from((k as u64).wrapping_mul(STEP)) * n) >> 64) as usize;
-    let draws = SAMPLE * values.len().div_ceil(inside);
     let mut sample: Vec<f64> = (1..=draws).map(|k| f(&values[place(k)])).filter(|v| (range.0..=range.1).contains(v)).collect();
     if sample.is_empty() {
         sample.extend(values.iter().map(f).find(|v| (range.0..=range.1).contains(v)));

@@ -19,7 +19,7 @@
 use super::options::ImagingOptions;
 use super::reduction::ReducedBlock;
 use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
-use ndarray::{Array2, Axis, Zip};
+use ndarray::{Array2, ArrayView1, Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -29,8 +29,14 @@ const PADDING: f64 = 2.0;
 const LIMIT: f64 = 3.0;
 /// Half of the side of the window of that mean, cells.
 const WINDOW: usize = 8;
-/// Number of rows of cells that one task sums: enough work for a task, and enough tasks for all threads.
+/// Most rows of cells that one task sums: enough work for a task, and enough tasks for all threads.
 const BAND: usize = 64;
+/// Tasks that share the occupied rows of a smaller grid.
+const BANDS: usize = 32;
+/// Rows of data that are listed by band at a time: a list of all would take as much memory as their weights.
+const ROWS: usize = 1 << 17;
+/// Rows of cells of a visibility that may lie in any.
+const EVERYWHERE: Range<f64> = f64::NEG_INFINITY..f64::INFINITY;
 
 /// Imaging weights of one image.
 #[derive(Debug, Clone)]
@@ -119,43 +125,74 @@ impl ImageWeights {
     ///
     /// Each task sums its own rows of cells in the order of the visibilities, so the sums do not depend on the number of threads.
     pub fn add(&mut self, block: &ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
+        if !self.needs_density() {
+            return;
+        }
         let (low, high) = freq_hz[channels.clone()].iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
         self.extend(&block.uvw_m, high);
         let mut cells = std::mem::take(&mut self.cells);
-        let task = |(band, cells): (usize, &mut [f64])| {
-            let (first, lines) = (band * BAND * self.width, (band * BAND) as f64..((band + 1) * BAND) as f64);
-            let mut sum = 0.0;
-            for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.view().rows()) {
-                let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
-                // Only some channels lie in these rows of cells. A visibility outside the grid wraps around and may lie in any.
-                let per_hz = v.abs() * self.scale.1;
-                let (near, far) = (per_hz * low, per_hz * high);
-                let wraps = far >= (self.height / 2) as f64;
-                if !wraps && (far < lines.start || near >= lines.end) {
-                    continue;
-                }
-                let inside =
-                    if wraps { f64::NEG_INFINITY..f64::INFINITY } else { (lines.start - 1.0) / per_hz..(lines.end + 1.0) / per_hz };
-                for c in channels.clone() {
-                    if !inside.contains(&freq_hz[c]) {
-                        continue;
+        let occupied = self.reach.1.min(self.height / 2 + 1);
+        let lines = (occupied / BANDS).clamp(1, BAND);
+        let bands = (cells.len() / self.width).div_ceil(lines);
+        let weight = block.weight.view();
+        for first in (0..block.uvw_m.nrows()).step_by(ROWS) {
+            let rows = first..block.uvw_m.nrows().min(first + ROWS);
+            let (of_band, anywhere) = self.rows_of_bands((block.uvw_m.column(1), rows), (low, high), (lines, bands));
+            let task = |((band, cells), rows): ((usize, &mut [f64]), &Vec<u32>)| {
+                let first = band * lines * self.width;
+                // Only some channels of a row lie in these rows of cells.
+                let (start, end) = ((band * lines) as f64 - 1.0, ((band + 1) * lines) as f64 + 1.0);
+                let mut sum = 0.0;
+                for (row, inside) in rows.iter().map(|row| (row, start..end)).chain(anywhere.iter().map(|row| (row, EVERYWHERE))) {
+                    let (uvw, weights) = (block.uvw_m.row(*row as usize), weight.row(*row as usize));
+                    let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
+                    let per_hz = v.abs() * self.scale.1;
+                    let inside = inside.start / per_hz..inside.end / per_hz;
+                    for c in channels.clone() {
+                        if !inside.contains(&freq_hz[c]) {
+                            continue;
+                        }
+                        let w = f64::from(weights[c]);
+                        if w > 0.0
+                            && let Some(cell) = cells.get_mut(self.cell(u * freq_hz[c], v * freq_hz[c]).wrapping_sub(first))
+                        {
+                            *cell += w;
+                            sum += w;
+                        }
                     }
-                    let w = f64::from(weights[c]);
-                    if w > 0.0
-                        && let Some(cell) = cells.get_mut(self.cell(u * freq_hz[c], v * freq_hz[c]).wrapping_sub(first))
-                    {
-                        *cell += w;
-                        sum += w;
-                    }
                 }
-            }
-            sum
-        };
-        // Most visibilities lie in the first rows of cells, so each band is handed out by itself.
-        let bands = cells.par_chunks_mut(BAND * self.width).enumerate().with_max_len(1);
-        let sums: Vec<f64> = bands.map(task).collect();
-        self.sum_of_weights += sums.iter().sum::<f64>();
+                sum
+            };
+            // Most visibilities lie in the first rows of cells, so each band is handed out by itself.
+            let each = cells.par_chunks_mut(lines * self.width).enumerate().zip(&of_band).with_max_len(1);
+            let sums: Vec<f64> = each.map(task).collect();
+            self.sum_of_weights += sums.iter().sum::<f64>();
+        }
         self.cells = cells;
+    }
+
+    /// Which of these rows of data with their v in m reach into each band of rows of cells between two frequencies, and those that lie partly outside
+    /// the grid: they wrap around, and may reach into any. `lines` are the rows of cells of a band.
+    fn rows_of_bands(
+        &self,
+        (v_m, rows): (ArrayView1<'_, f64>, Range<usize>),
+        (low, high): (f64, f64),
+        (lines, bands): (usize, usize),
+    ) -> (Vec<Vec<u32>>, Vec<u32>) {
+        // The place of a visibility is computed in another order of the factors.
+        const ROUNDING: f64 = 1e-12;
+        let (mut of_band, mut anywhere) = (vec![Vec::new(); bands], Vec::new());
+        let band = |v: f64| (v as usize / lines).min(bands - 1);
+        for row in rows {
+            let per_hz = (v_m[row] / SPEED_OF_LIGHT_M_S).abs() * self.scale.1;
+            let (near, far) = (per_hz * low * (1.0 - ROUNDING), per_hz * high * (1.0 + ROUNDING));
+            if far >= (self.height / 2) as f64 {
+                anywhere.push(row as u32);
+            } else {
+                of_band[band(near)..=band(far)].iter_mut().for_each(|rows| rows.push(row as u32));
+            }
+        }
+        (of_band, anywhere)
     }
 
     /// Replace the density of the rows of this process by that of all rows.

@@ -11,14 +11,17 @@ use crate::Result;
 use crate::calibrate::{Accuracy, ModelVisibilities, of_all, sees_unpolarized};
 use crate::fourier::{GridOptions, Transform, UvwExtent, good_size};
 use crate::imaging::finished;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, SkyGrid, VisUnit, VisibilityBlock, VisibilitySource};
-use ndarray::{Array2, Array3, Axis};
+use ndarray::{Array2, Array3, ArrayView1, Axis};
 use num_complex::{Complex, Complex32};
 
 /// Most pixels along a side of a wide image.
 const SIDE: usize = 1024;
 /// Widths of the wide images, in terms of the image.
 const WIDER: [f64; 2] = [3.0, 9.0];
+/// Memory that the transform of a wide image shares out, bytes: its planes take a quarter.
+const WORKING: u64 = 64 << 20;
 /// Largest direction cosine of a wide image.
 const HORIZON: f64 = 0.9;
 /// Most turns of phase that w may make over a wide image, which needs some planes for each.
@@ -108,21 +111,28 @@ pub fn look_outside(
     ranks.largest(&mut beyond);
     let mut parts = Vec::new();
     let freq_hz = data.header().spectrum.freq_hz().to_vec();
+    let lowest_hz = freq_hz.iter().copied().fold(f64::INFINITY, f64::min);
+    let wide_grids: Vec<SkyGrid> = WIDER.iter().filter_map(|factor| wide_grid(grid, *factor)).collect();
+    if wide_grids.is_empty() {
+        return Ok(None);
+    }
+    let longest_wl = wide_grids.iter().map(longest_wl).fold(0.0, f64::max);
     let read = for_each_looked_at(data, |header, blocks| {
         let runs: Vec<_> = blocks.iter().map(|(first, block)| (*first, &block.coverage)).collect();
         let predicted = model.predict_runs(header, &runs)?;
         let products: Vec<usize> = (0..header.polarizations.len()).filter(|p| sees_unpolarized(header.polarizations[*p])).collect();
-        parts.extend(blocks.iter().zip(&predicted).map(|((_, block), predicted)| Part::of(block, predicted, &products)));
+        let shows = |uvw: ArrayView1<'_, f64>| uvw[0].hypot(uvw[1]) * lowest_hz / SPEED_OF_LIGHT_M_S <= longest_wl;
+        parts.extend(blocks.iter().zip(&predicted).map(|((_, block), predicted)| Part::of((block, &shows), predicted, &products)));
         Ok(())
     });
     of_all(&*ranks, read.map(|()| Vec::new()))?;
-    for wide in WIDER.iter().filter_map(|factor| wide_grid(grid, *factor)) {
-        let seen = Seen::of(&parts, &freq_hz, (&wide, accuracy.no_w), &*ranks);
+    for wide in &wide_grids {
+        let seen = Seen::of(&parts, &freq_hz, (wide, accuracy.no_w), &*ranks);
         if !(seen.weight > 0.0 && seen.power > 0.0 && beyond[0] > 0.0) {
             break;
         }
-        let image = seen.image(&wide, accuracy, &*ranks)?;
-        if let Some(found) = brightest(&seen, &image, (&wide, grid), beyond[0]) {
+        let image = seen.image(wide, accuracy, &*ranks)?;
+        if let Some(found) = brightest(&seen, &image, (wide, grid), beyond[0]) {
             return Ok(Some(found));
         }
     }
@@ -130,21 +140,26 @@ pub fn look_outside(
 }
 
 impl Part {
-    /// What is left of these products of a block, whose model is `predicted`.
-    fn of(block: &VisibilityBlock, predicted: &Array3<Complex32>, products: &[usize]) -> Self {
-        let (n_row, n_chan, _) = block.vis.dim();
-        let shape = (n_row, n_chan);
-        let uvw_m = block.coverage.uvw_m.clone();
+    /// What is left of these products of those rows of a block whose uvw show anything. `predicted` is the model of all rows.
+    fn of(
+        (block, shows): (&VisibilityBlock, &dyn Fn(ArrayView1<'_, f64>) -> bool),
+        predicted: &Array3<Complex32>,
+        products: &[usize],
+    ) -> Self {
+        let coverage = &block.coverage;
+        let apart = |row: &usize| coverage.ant1[*row] != coverage.ant2[*row] && shows(coverage.uvw_m.row(*row));
+        let rows: Vec<usize> = (0..block.n_rows()).filter(apart).collect();
+        let shape = (rows.len(), block.vis.dim().1);
+        let uvw_m = coverage.uvw_m.select(Axis(0), &rows);
         let mut new = Self { uvw_m, weighted: Array2::zeros(shape), weights: Array2::zeros(shape), power: Array2::zeros(shape) };
-        let apart = |row: &usize| block.coverage.ant1[*row] != block.coverage.ant2[*row];
-        for (row, chan) in (0..n_row).filter(apart).flat_map(|r| (0..n_chan).map(move |c| (r, c))) {
+        for ((k, row), chan) in rows.iter().enumerate().flat_map(|row| (0..shape.1).map(move |c| (row, c))) {
             for p in products {
-                let at = (row, chan, *p);
-                let (weight, left) = (block.usable_weight(row, chan, *p), block.vis[at] - predicted[at]);
+                let at = (*row, chan, *p);
+                let (weight, left) = (block.usable_weight(*row, chan, *p), block.vis[at] - predicted[at]);
                 if weight > 0.0 && left.is_finite() {
-                    new.weighted[(row, chan)] += left * weight;
-                    new.weights[(row, chan)] += weight;
-                    new.power[(row, chan)] += weight * left.norm_sqr();
+                    new.weighted[(k, chan)] += left * weight;
+                    new.weights[(k, chan)] += weight;
+                    new.power[(k, chan)] += weight * left.norm_sqr();
                 }
             }
         }
@@ -170,6 +185,11 @@ fn wide_grid(grid: &SkyGrid, factor: f64) -> Option<SkyGrid> {
     (side as f64 * cell > 1.1 * width).then(|| SkyGrid::new(side, side, cell, grid.frame.clone()).ok()).flatten()
 }
 
+/// The longest baseline that does not see details between the pixels of a wide image.
+fn longest_wl(wide: &SkyGrid) -> f64 {
+    0.45 / wide.cell_rad
+}
+
 /// The visibilities that show what a wide image does. Longer baselines see details between its pixels, and a larger w takes long.
 struct Seen<'a> {
     freq_hz: &'a [f64],
@@ -189,7 +209,7 @@ impl<'a> Seen<'a> {
         // From the middle of the image to a corner, 1 - n grows to this depth.
         let corner = 0.5 * wide.n_l as f64 * wide.cell_rad * std::f64::consts::SQRT_2;
         let depth = 1.0 - (1.0 - corner * corner).max(0.0).sqrt();
-        let limits_wl = (0.45 / wide.cell_rad, if no_w { f64::INFINITY } else { TURNS / depth });
+        let limits_wl = (longest_wl(wide), if no_w { f64::INFINITY } else { TURNS / depth });
         let (mut sums, mut extent, mut rows) = ([0.0; 4], UvwExtent::default(), Vec::new());
         for part in parts {
             let mut of_part = Vec::new();
@@ -217,7 +237,9 @@ impl<'a> Seen<'a> {
 
     /// The image of the residuals \[m, l\]: in each pixel, the flux of a point there that explains most of them.
     fn image(&self, wide: &SkyGrid, accuracy: Accuracy, ranks: &dyn Ranks) -> Result<Array2<f64>> {
-        let options = GridOptions { epsilon: accuracy.epsilon, w_term: !accuracy.no_w, divide_by_n: false, ..GridOptions::default() };
+        // Plane after plane: the search for what may lie outside must not need more memory than the image.
+        let memory = MemoryBudget::new(WORKING.min(MemoryBudget::default().bytes() as u64))?;
+        let options = GridOptions { epsilon: accuracy.epsilon, w_term: !accuracy.no_w, divide_by_n: false, memory };
         let mut gridder = Transform::<f32>::new(wide, self.freq_hz, self.extent, &options, self.count as u64)?.gridder();
         let rows: Vec<(&Part, usize)> = self.rows.iter().flat_map(|(part, rows)| rows.iter().map(move |row| (*part, *row))).collect();
         let uvw_m = Array2::from_shape_fn((rows.len(), 3), |(k, axis)| rows[k].0.uvw_m[(rows[k].1, axis)]);
