@@ -137,3 +137,54 @@ impl RowsOfBlock<'_> {
 fn wide(z: Complex32) -> Complex64 {
     Complex64::new(f64::from(z.re), f64::from(z.im))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ModelVisibilities, NormalEquations, Outliers, PointModel, SolutionInterval, SolveOptions};
+    use super::*;
+    use crate::closure::testdata::{Scene, cis, random_phases};
+    use cittert_arrays::{VisibilitySet, VisibilitySource};
+
+    const ANTENNAS: usize = 14;
+
+    /// The sums over all rows of a set, of which so many are added at once.
+    fn sums(set: &mut VisibilitySet, rows_at_once: usize) -> NormalEquations {
+        let options = SolveOptions { solint: SolutionInterval::Infinite, outliers: Outliers::Huber, ..SolveOptions::default() };
+        let (header, n) = (set.header().clone(), set.n_rows());
+        let mut model = PointModel { flux: 1.0, l: 1e-4, m: 0.0 };
+        let mut sums = NormalEquations::new(&header, &options).unwrap();
+        for first in (0..n).step_by(rows_at_once) {
+            let block = set.read_rows(first..n.min(first + rows_at_once)).unwrap();
+            let predicted = model.predict(&header, first, &block.coverage).unwrap();
+            sums.add(&block, &predicted).unwrap();
+        }
+        sums
+    }
+
+    /// The bits of the sums of a cell.
+    fn bits(c: &Cell) -> ([u64; 7], u32) {
+        ([c.vm.re, c.vm.im, c.mm, c.vv, c.half_vm.re, c.half_vm.im, c.half_mm].map(f64::to_bits), c.n)
+    }
+
+    #[test]
+    fn several_tasks_make_the_sums_of_one() {
+        let scene = Scene { n_chan: 2, sigma: 0.05, seed: 3, ..Scene::point(ANTENNAS, 3 * ROWS / n_pairs(ANTENNAS) + 1) };
+        let phase = random_phases(ANTENNAS, 1.0, 2);
+        let mut set = scene.set(|_, a, _, _| cis(phase[a]));
+        set.data.flags[(0, 0, 0)] = true;
+        set.data.vis[(200, 1, 0)] = Complex32::new(f32::NAN, 0.0);
+        let n = set.n_rows();
+        assert!(n >= 3 * ROWS);
+        let (together, apart) = (sums(&mut set, n), sums(&mut set, ROWS / 2));
+        assert_eq!((together.counts, &together.present), (apart.counts, &apart.present));
+        assert_eq!((together.counts.flagged, together.counts.not_finite), (1, 1));
+        let of = |sums: &NormalEquations| {
+            let interval = sums.intervals.values().next().unwrap();
+            let mut rows: Vec<(u32, ([u64; 7], u32))> = interval.rows.iter().map(|(at, c)| (*at, bits(c))).collect();
+            // The rows of a baseline keep their order.
+            rows.sort_by_key(|row| row.0);
+            (interval.span.ends_jd(), interval.cells.iter().map(bits).collect::<Vec<_>>(), rows)
+        };
+        assert_eq!(of(&together), of(&apart));
+    }
+}
