@@ -107,10 +107,9 @@ impl<T: Real> Gridder<T> {
         }
         let mut kept: Option<PlaneRows<T>> = None;
         for group in &self.groups {
-            let mut planes = match kept.take() {
-                Some(planes) if planes.fits(plan.n_rows, group.len(), plan.nu) => planes,
-                _ => PlaneRows::zeros(plan.n_rows, group.len(), plan.nu),
-            };
+            // Planes of a group of another size are freed before the next ones are made.
+            let same = kept.take().filter(|k| k.fits(plan.n_rows, group.len(), plan.nu));
+            let mut planes = same.unwrap_or_else(|| PlaneRows::zeros(plan.n_rows, group.len(), plan.nu));
             grid_units(plan, (rows, nodes), (&planes, group.clone()), 0..plan.tiles_v())?;
             let image = self.image.get_or_insert_with(|| Array2::zeros((plan.grid.n_m, plan.grid.n_l)));
             planes = planes_to_image(plan, planes, group.start, image);

@@ -22,7 +22,7 @@ pub struct TransformSize {
     pub groups: usize,
     /// Cells that the kernel covers along an axis.
     pub support: usize,
-    /// Bytes of the planes of one group, and of the group before where that has another size: it stays until the next one is made.
+    /// Bytes of the planes of one group.
     pub plane_bytes: u64,
     /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
     pub column_bytes: u64,
@@ -96,7 +96,7 @@ impl<T: Real> Transform<T> {
             planes: plan.planes(),
             groups: groups.len(),
             support: plan.table.support,
-            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
+            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
             column_bytes: column_bytes(at_once),
             column_buffers: column_bytes(held),
             plane_limit: plan.plane_bytes as u64,
