@@ -104,7 +104,7 @@ impl Held<'_> {
     /// What the transform to an image of so many bytes holds: its planes and the image, or those of a band, or the columns of a process and the image.
     pub(super) fn transform(self, field: &Field, image: f64) -> f64 {
         let of_bands = |b: BandSize| b.bytes.max(b.own_bytes + image / b.processes as f64 + image);
-        field.bands.map_or(field.size.plane_bytes as f64 + image, of_bands)
+        field.bands.map_or(field.size.group_bytes as f64 + image, of_bands)
     }
 
     /// The bands by which residuals are made, and the bytes of the nodes of all rows, which are predicted before the first is gridded.

@@ -23,6 +23,9 @@ pub struct TransformSize {
     /// Cells that the kernel covers along an axis.
     pub support: usize,
     /// Bytes of the planes of one group.
+    pub group_bytes: u64,
+    /// The same, and those of the group before where that has another size: on the way to visibilities and back its memory, once freed, has holes that the
+    /// next group does not fit into.
     pub plane_bytes: u64,
     /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
     pub column_bytes: u64,
@@ -96,7 +99,8 @@ impl<T: Real> Transform<T> {
             planes: plan.planes(),
             groups: groups.len(),
             support: plan.table.support,
-            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
+            group_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
+            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
             column_bytes: column_bytes(at_once),
             column_buffers: column_bytes(held),
             plane_limit: plan.plane_bytes as u64,
