@@ -122,7 +122,7 @@ pub fn look_outside(
         let predicted = model.predict_runs(header, &runs)?;
         let products: Vec<usize> = (0..header.polarizations.len()).filter(|p| sees_unpolarized(header.polarizations[*p])).collect();
         let shows = |uvw: ArrayView1<'_, f64>| uvw[0].hypot(uvw[1]) * lowest_hz / SPEED_OF_LIGHT_M_S <= longest_wl;
-        parts.extend(blocks.iter().zip(&predicted).map(|((_, block), predicted)| Part::of((block, &shows), predicted, &products)));
+        parts.extend(blocks.iter().zip(&predicted).map(|((_, block), predicted)| Part::of(block, predicted, &products, shows)));
         Ok(())
     });
     of_all(&*ranks, read.map(|()| Vec::new()))?;
@@ -141,11 +141,7 @@ pub fn look_outside(
 
 impl Part {
     /// What is left of these products of those rows of a block whose uvw show anything. `predicted` is the model of all rows.
-    fn of(
-        (block, shows): (&VisibilityBlock, &dyn Fn(ArrayView1<'_, f64>) -> bool),
-        predicted: &Array3<Complex32>,
-        products: &[usize],
-    ) -> Self {
+    fn of(block: &VisibilityBlock, predicted: &Array3<Complex32>, products: &[usize], shows: impl Fn(ArrayView1<'_, f64>) -> bool) -> Self {
         let coverage = &block.coverage;
         let apart = |row: &usize| coverage.ant1[*row] != coverage.ant2[*row] && shows(coverage.uvw_m.row(*row));
         let rows: Vec<usize> = (0..block.n_rows()).filter(apart).collect();
