@@ -123,7 +123,7 @@ impl ImageWeights {
 
     /// Add the weights of these channels of a block to the density.
     ///
-    /// Each task sums its own rows of cells in the order of the visibilities, so the sums do not depend on the number of threads.
+    /// Each task sums its own rows of cells in an order that only the visibilities give, so the sums do not depend on the number of threads.
     pub fn add(&mut self, block: &ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
         if !self.needs_density() {
             return;
@@ -135,8 +135,8 @@ impl ImageWeights {
         let lines = (occupied / BANDS).clamp(1, BAND);
         let bands = (cells.len() / self.width).div_ceil(lines);
         let weight = block.weight.view();
-        for first in (0..block.uvw_m.nrows()).step_by(ROWS) {
-            let rows = first..block.uvw_m.nrows().min(first + ROWS);
+        for from in (0..block.uvw_m.nrows()).step_by(ROWS) {
+            let rows = from..block.uvw_m.nrows().min(from + ROWS);
             let (of_band, anywhere) = self.rows_of_bands((block.uvw_m.column(1), rows), (low, high), (lines, bands));
             let task = |((band, cells), rows): ((usize, &mut [f64]), &Vec<u32>)| {
                 let first = band * lines * self.width;
