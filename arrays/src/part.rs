@@ -45,6 +45,11 @@ impl VisibilitySource for Part {
         self.inner.read_rows(self.place(&range))
     }
 
+    fn read_runs(&mut self, runs: &[Range<usize>]) -> Result<Vec<VisibilityBlock>> {
+        let places: Vec<Range<usize>> = runs.iter().map(|rows| self.place(rows)).collect();
+        self.inner.read_runs(&places)
+    }
+
     fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage> {
         self.inner.read_coverage(self.place(&range))
     }

@@ -21,6 +21,14 @@ pub trait VisibilitySource: Send {
     /// A range past the last row, or an error in the file.
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock>;
 
+    /// Read several runs of rows, each as [`VisibilitySource::read_rows`] does. Formats that can read several runs side by side do this faster.
+    ///
+    /// # Errors
+    /// As [`VisibilitySource::read_rows`].
+    fn read_runs(&mut self, runs: &[Range<usize>]) -> Result<Vec<VisibilityBlock>> {
+        runs.iter().map(|rows| self.read_rows(rows.clone())).collect()
+    }
+
     /// Read only which baselines and times the rows of `range` are. Formats that store them apart from the visibilities do this faster.
     ///
     /// # Errors

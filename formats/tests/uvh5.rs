@@ -58,6 +58,25 @@ fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
 }
 
 #[test]
+fn runs_of_rows_that_are_read_side_by_side_are_those_that_are_read_one_by_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let n = set.data.n_rows();
+    for (k, compression) in [Compression::None, Compression::Lzf].into_iter().enumerate() {
+        let mut reader = Uvh5Reader::open(&save(dir.path(), &format!("{k}.uvh5"), &set, 50, compression)).unwrap();
+        let runs: Vec<_> = (0..20).map(|k| k * n / 20..(k * n / 20 + 1 + k % 3).min(n)).chain([0..n, 5..5]).collect();
+        let blocks = reader.read_runs(&runs).unwrap();
+        assert_eq!(blocks.len(), runs.len());
+        for (block, rows) in blocks.iter().zip(runs) {
+            assert_eq!(block, &reader.read_rows(rows).unwrap());
+        }
+        // Of several errors, each names its own rows.
+        let error = reader.read_runs(&[0..1, n..n + 1]).unwrap_err().to_string();
+        assert!(error.contains(&n.to_string()), "{error}");
+    }
+}
+
+#[test]
 fn the_pattern_of_the_elements_comes_back() {
     use cittert_arrays::pattern::{PatternSample, SampledPattern};
     let dir = tempfile::tempdir().unwrap();

@@ -398,6 +398,14 @@ impl VisibilitySource for CalibratedSource<'_> {
         self.applier.apply(&mut block).map_err(|e| cittert_arrays::ArrayError::Stream(Box::new(e)))?;
         Ok(block)
     }
+
+    fn read_runs(&mut self, runs: &[std::ops::Range<usize>]) -> cittert_arrays::Result<Vec<VisibilityBlock>> {
+        let mut blocks = self.source.read_runs(runs)?;
+        for block in &mut blocks {
+            self.applier.apply(block).map_err(|e| cittert_arrays::ArrayError::Stream(Box::new(e)))?;
+        }
+        Ok(blocks)
+    }
 }
 
 #[cfg(test)]

@@ -116,18 +116,17 @@ pub(super) fn for_each_looked_at(
     let own = first..first + data.n_rows();
     let inside = |rows: Range<usize>| rows.start.max(own.start)..rows.end.min(own.end);
     let all: Vec<Range<usize>> = runs(total, per_row, rows_at_once).into_iter().map(inside).filter(|rows| !rows.is_empty()).collect();
-    let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
-    let mut rows_held = 0;
-    for (k, rows) in all.iter().enumerate() {
-        let of_process = rows.start - first..rows.end - first;
-        blocks.push((of_process.start, data.read_rows(of_process)?));
-        rows_held += rows.len();
-        let next = all.get(k + 1).map_or(usize::MAX, Range::len);
-        if rows_held.saturating_add(next) > rows_at_once {
-            visit(&header, &blocks)?;
-            blocks.clear();
-            rows_held = 0;
-        }
+    let all: Vec<Range<usize>> = all.into_iter().map(|rows| rows.start - first..rows.end - first).collect();
+    let mut rest = &all[..];
+    while !rest.is_empty() {
+        let ends = rest.iter().scan(0, |rows, run| {
+            *rows += run.len();
+            Some(*rows)
+        });
+        let (now, later) = rest.split_at(ends.take_while(|rows| *rows <= rows_at_once).count().max(1));
+        let blocks: Vec<_> = now.iter().map(|run| run.start).zip(data.read_runs(now)?).collect();
+        visit(&header, &blocks)?;
+        rest = later;
     }
     Ok(())
 }

@@ -2,9 +2,9 @@
 //!
 //! The HDF5 library does this on one thread, value by value, and does not check the size that a filter gives.
 
-use super::child::in_the_child;
 use super::convert::Form;
 use super::places::Places;
+use super::sharing::{shared, threads};
 use super::unpack::Pipeline;
 use bytemuck::{cast, pod_read_unaligned};
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
@@ -14,8 +14,7 @@ use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// Size of the chunks that are unpacked together, bytes; at least one chunk per thread.
 const BATCH: usize = 1 << 24;
@@ -62,6 +61,25 @@ pub(super) struct Unpacked<'r> {
     bytes: Vec<u8>,
     /// True if all elements are the same.
     uniform: bool,
+}
+
+/// Memory of chunks that are done, for the next ones of the same dataset: the heap has one lock for all threads.
+#[derive(Default)]
+pub(super) struct Spare(Mutex<Vec<Vec<u8>>>);
+
+impl Spare {
+    /// Memory without content for so many bytes; new if there is none.
+    fn take(&self, most: usize) -> Vec<u8> {
+        let spare = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut bytes = spare.filter(|bytes| bytes.capacity() >= most).unwrap_or_else(|| Vec::with_capacity(most));
+        bytes.clear();
+        bytes
+    }
+
+    /// Keep the memory of chunks.
+    pub(super) fn give<'r>(&self, done: impl IntoIterator<Item = Unpacked<'r>>) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(done.into_iter().map(|u| u.bytes));
+    }
 }
 
 /// What a file holds of a chunk.
@@ -120,24 +138,27 @@ impl<'a> Chunks<'a> {
         // To unpack chunks takes longer than to copy a few of their rows.
         let groups = rows.end.div_ceil(high) - rows.start / high;
         let work = if self.pipeline.is_empty() { out.len() } else { self.length()?.saturating_mul(groups * columns) };
-        // The threads of the pool do not exist in a forked process. To start a thread takes as long as to read some 100 kB.
-        let threads = if in_the_child() || work < ALONE { 1 } else { rayon::current_num_threads() };
+        // To start a thread takes as long as to read some 100 kB.
+        let threads = if work < ALONE { 1 } else { threads() };
         let at_once = (BATCH / self.length()?.max(1)).max(threads);
+        let spare = Spare::default();
         loop {
             let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();
             let Some(last) = batch.last() else { return Ok(()) };
             // The rows that have a part in this batch.
             let part = batch[0].0.max(rows.start)..(last.0 + high).min(rows.end);
-            let unpacked = shared(threads, &batch, |(first, column)| self.unpacked(*first, *column, &runs))?;
+            let unpacked = shared(threads, &batch, |(first, column)| self.unpacked((*first, *column), &runs, &spare))?;
             let row = out.len() / rows.len();
             let out = &mut out[(part.start - rows.start) * row..(part.end - rows.start) * row];
             let step = part.len().div_ceil(threads).max(1);
             let pieces: Vec<_> = out.chunks_mut(step * row).zip(part.clone().step_by(step)).map(Mutex::new).collect();
-            shared(threads, &pieces, |piece| {
-                let (bytes, first) = &mut *piece.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let placed: hdf5::Result<Vec<()>> = shared(threads, &pieces, |piece| {
+                let (bytes, first) = &mut *piece.lock().unwrap_or_else(PoisonError::into_inner);
                 unpacked.iter().for_each(|u| self.place(u, *first, (row, form), bytes));
                 Ok(())
-            })?;
+            });
+            placed?;
+            spare.give(unpacked);
         }
     }
 
@@ -180,7 +201,7 @@ impl<'a> Chunks<'a> {
     }
 
     /// Unpack the chunk that begins at row `first` in a column of chunks.
-    pub(super) fn unpacked<'r>(&self, first: usize, column: usize, runs: &'r Runs) -> hdf5::Result<Unpacked<'r>> {
+    pub(super) fn unpacked<'r>(&self, (first, column): (usize, usize), runs: &'r Runs, spare: &Spare) -> hdf5::Result<Unpacked<'r>> {
         let (mut rest, mut to, mut stride) = (column, 0, 1);
         let (mut offset, mut reach) = (vec![first as hsize_t; self.shape.len()], vec![0; self.shape.len() - 1]);
         for k in (1..self.shape.len()).rev() {
@@ -193,10 +214,11 @@ impl<'a> Chunks<'a> {
         }
         let runs = runs.get(&reach).map_or(&[][..], |r| r);
         let length = self.length()?;
-        let (bytes, first) = match self.stored((first, column), &offset, length)? {
+        let (bytes, first) = match self.stored((first, column), &offset, (length, spare))? {
             Stored::Rows(bytes, first) => (bytes, first),
             Stored::Packed(raw, skipped) => {
-                (self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?, first)
+                let unpacked = self.pipeline.unpack((raw, skipped), (self.size, length), spare.take(length));
+                (unpacked.map_err(|e| format!("{e}, at {offset:?}"))?, first)
             }
             Stored::Never => (self.unwritten(&offset)?.into_iter().cycle().take(length).collect(), first),
         };
@@ -205,14 +227,14 @@ impl<'a> Chunks<'a> {
         Ok(Unpacked { first, to, runs, bytes, uniform })
     }
 
-    /// What the file holds of the chunk that begins at row `first` in a column of chunks.
-    fn stored(&self, (first, column): (usize, usize), offset: &[hsize_t], length: usize) -> hdf5::Result<Stored> {
+    /// What the file holds of the chunk of `length` bytes that begins at row `first` in a column of chunks.
+    fn stored(&self, (first, column): (usize, usize), offset: &[hsize_t], (length, spare): (usize, &Spare)) -> hdf5::Result<Stored> {
         let Some((rows, places)) = &self.located else { return self.read_by_library(offset, length) };
         let Some(place) = places.get(first, column).filter(|p| p.bytes > 0) else { return Ok(Stored::Never) };
         let n = stored_size(place.bytes.into(), length, offset)?;
         let unreadable = |e| format!("a chunk that cannot be read ({e}), at {offset:?}");
         if !self.pipeline.is_empty() {
-            return Ok(Stored::Packed(places.read(place.address, n).map_err(unreadable)?, place.skipped));
+            return Ok(Stored::Packed(places.read(place.address, n, Vec::new()).map_err(unreadable)?, place.skipped));
         }
         if n != length {
             return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
@@ -220,7 +242,9 @@ impl<'a> Chunks<'a> {
         let wanted = rows.start.max(first)..rows.end.min(first + self.chunk[0]);
         let wide = length / self.chunk[0];
         let from = place.address.saturating_add(((wanted.start - first) * wide) as u64);
-        Ok(Stored::Rows(places.read(from, wanted.len() * wide).map_err(unreadable)?, wanted.start))
+        // Chunks at the ends of the rows have fewer of them. Their memory must serve whole chunks too.
+        let memory = spare.take(rows.len().min(self.chunk[0]) * wide);
+        Ok(Stored::Rows(places.read(from, wanted.len() * wide, memory).map_err(unreadable)?, wanted.start))
     }
 
     fn read_by_library(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Stored> {
@@ -363,28 +387,6 @@ fn place_few<const N: usize, const M: usize, const K: usize>(
             to[places[k]] = change(&from[k]);
         }
     }
-}
-
-/// Do some work on each item with the given number of threads; the results keep the order of the items. The threads are not those of the
-/// pool: the work of the pool may wait for what a reader reads.
-pub(super) fn shared<I: Sync, R: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> hdf5::Result<R> + Sync) -> hdf5::Result<Vec<R>> {
-    if threads < 2 || items.len() < 2 {
-        return items.iter().map(work).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let one = || -> hdf5::Result<Vec<(usize, R)>> {
-        let indices = std::iter::from_fn(|| Some(next.fetch_add(1, Relaxed)).filter(|k| *k < items.len()));
-        indices.map(|k| Ok((k, work(&items[k])?))).collect()
-    };
-    let parts = std::thread::scope(|scope| {
-        let threads: Vec<_> = (1..threads.min(items.len())).map(|_| scope.spawn(one)).collect();
-        let mine = one();
-        let others = threads.into_iter().map(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
-        std::iter::once(mine).chain(others).collect::<hdf5::Result<Vec<_>>>()
-    })?;
-    let mut all: Vec<(usize, R)> = parts.into_iter().flatten().collect();
-    all.sort_by_key(|r| r.0);
-    Ok(all.into_iter().map(|r| r.1).collect())
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! Every chunk is read and unpacked once. A few rows are then gathered from all chunks that they lie in. The arrays of a whole block would leave
 //! the cache before they are used, and their memory would have to be cleared by the system first.
 
-use super::chunks::{Chunks, Runs, Unpacked};
+use super::chunks::{Chunks, Runs, Spare, Unpacked};
 use super::convert::{Form, form_as};
 use cittert_arrays::RowPart;
 use hdf5::{Dataset, H5Type};
@@ -140,11 +140,13 @@ impl<'r> Groups<'r> {
         self.all[k].lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Drop the groups that only this window still needed.
-    fn done(&self, window: &Range<usize>) {
+    /// Drop the groups that only this window still needed. Their memory serves the next ones.
+    fn done(&self, window: &Range<usize>, spare: &Spare) {
         for k in self.of(window) {
             if self.windows[k].fetch_sub(1, AcqRel) == 1 {
-                *self.all[k].lock().unwrap_or_else(PoisonError::into_inner) = None;
+                let group = self.all[k].lock().unwrap_or_else(PoisonError::into_inner).take();
+                let chunks = group.and_then(Arc::into_inner).map(|group| group.chunks).unwrap_or_default();
+                spare.give(chunks.into_iter().filter_map(OnceLock::into_inner));
             }
         }
     }
@@ -178,6 +180,7 @@ struct Reading<'a, 'r> {
     /// Number of steps of each window that still gather.
     left: Vec<AtomicUsize>,
     groups: [Groups<'r>; 3],
+    spare: [Spare; 3],
     steps: Vec<Step>,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -202,7 +205,7 @@ impl<'a, 'r> Reading<'a, 'r> {
         }
         let left = windows.iter().map(|w| AtomicUsize::new(w.len().div_ceil(step))).collect();
         let (next, stop, failed) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(None));
-        Self { columns, range, windows, left, groups, steps, next, stop, failed }
+        Self { columns, range, windows, left, groups, spare: Default::default(), steps, next, stop, failed }
     }
 
     /// Do steps until none is left.
@@ -216,8 +219,9 @@ impl<'a, 'r> Reading<'a, 'r> {
                 Some(Step::Gather(w, rows)) => {
                     let Some(kept) = self.chunks_of(rows) else { return };
                     self.gather(&kept, rows, &mut buffers, take);
+                    drop(kept);
                     if self.left[*w].fetch_sub(1, AcqRel) == 1 {
-                        self.groups.iter().for_each(|g| g.done(&self.windows[*w]));
+                        self.groups.iter().zip(&self.spare).for_each(|(g, spare)| g.done(&self.windows[*w], spare));
                     }
                 }
             }
@@ -226,7 +230,7 @@ impl<'a, 'r> Reading<'a, 'r> {
 
     fn unpack(&self, (k, g, c): (usize, usize, usize)) {
         let (column, Some(group)) = (&self.columns[k], self.groups[k].get(g)) else { return };
-        match column.chunks.unpacked(group.first, c, &column.runs) {
+        match column.chunks.unpacked((group.first, c), &column.runs, &self.spare[k]) {
             Ok(unpacked) => {
                 let _ = group.chunks[c].set(unpacked);
                 group.missing.fetch_sub(1, Release);

@@ -53,16 +53,21 @@ impl Pipeline {
         length.saturating_mul(2).saturating_add(4096)
     }
 
-    /// Unpack a chunk of `length` bytes with elements of `size` bytes. A filter whose bit is set in `skipped` was not applied.
-    pub(super) fn unpack(&self, mut bytes: Vec<u8>, skipped: u32, size: usize, length: usize) -> Result<Vec<u8>, String> {
+    /// Unpack a chunk of `length` bytes with elements of `size` bytes, in empty memory. A filter whose bit is set in `skipped` was not applied.
+    pub(super) fn unpack(
+        &self,
+        (mut bytes, skipped): (Vec<u8>, u32),
+        (size, length): (usize, usize),
+        mut memory: Vec<u8>,
+    ) -> Result<Vec<u8>, String> {
         for (k, step) in self.steps.iter().enumerate().rev() {
             if k < 32 && skipped >> k & 1 == 1 {
                 continue;
             }
             let due = length + CHECKSUM * self.steps[..k].iter().filter(|s| **s == Step::Fletcher32).count();
             bytes = match step {
-                Step::Deflate => inflate(&bytes, due)?,
-                Step::Lzf => expand(&bytes, due)?,
+                Step::Deflate => inflate(&bytes, due, std::mem::take(&mut memory))?,
+                Step::Lzf => expand(&bytes, due, std::mem::take(&mut memory))?,
                 Step::Shuffle => unshuffle(&bytes, size),
                 Step::Fletcher32 => checked(bytes)?,
             };
@@ -72,8 +77,8 @@ impl Pipeline {
 }
 
 /// Deflate with the header and checksum of zlib (Deutsch & Gailly 1996, RFC 1950).
-fn inflate(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
-    let mut out = vec![0; due];
+fn inflate(bytes: &[u8], due: usize, mut out: Vec<u8>) -> Result<Vec<u8>, String> {
+    out.resize(due, 0);
     let mut state = Decompress::new(true);
     match state.decompress(bytes, &mut out, FlushDecompress::Finish) {
         Ok(Status::StreamEnd) if state.total_out() == due as u64 => Ok(out),
@@ -87,8 +92,8 @@ fn inflate(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
 /// A byte n below 32 is followed by n + 1 literal bytes. Any other byte begins a copy of earlier output. The length of the copy is 2 plus
 /// the upper three bits (plus the next byte where these are 7). The distance is 1 plus the number made of the lower five bits and the
 /// following byte.
-fn expand(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
-    let mut out = Vec::with_capacity(due);
+fn expand(bytes: &[u8], due: usize, mut out: Vec<u8>) -> Result<Vec<u8>, String> {
+    out.reserve_exact(due);
     let whole = pieces(bytes, &mut out, due).is_some() && out.len() == due;
     if whole { Ok(out) } else { Err(format!("an LZF chunk that does not unpack to {due} bytes")) }
 }
@@ -193,8 +198,8 @@ mod tests {
     fn a_chunk_of_another_size_is_refused() {
         let values: Vec<u8> = (0..=255).cycle().take(4000).collect();
         let pipeline = Pipeline::of(&[Filter::Deflate(4)]).unwrap();
-        assert_eq!(pipeline.unpack(deflated(&values), 0, 8, 4000).unwrap(), values);
-        assert_eq!(pipeline.unpack(values.clone(), 1, 8, 4000).unwrap(), values);
+        assert_eq!(pipeline.unpack((deflated(&values), 0), (8, 4000), Vec::new()).unwrap(), values);
+        assert_eq!(pipeline.unpack((values.clone(), 1), (8, 4000), Vec::new()).unwrap(), values);
         for (bytes, skipped, due) in [
             (deflated(&values), 0, 3999),
             (deflated(&values), 0, 4001),
@@ -203,17 +208,23 @@ mod tests {
             (values[1..].to_vec(), 1, 4000),
             (Vec::new(), 0, 4000),
         ] {
-            let found = pipeline.unpack(bytes, skipped, 8, due);
+            let found = pipeline.unpack((bytes, skipped), (8, due), Vec::new());
             assert!(found.as_ref().is_err_and(|e| e.starts_with("a chunk")), "{found:?}");
         }
         let lzf = Pipeline::of(&[Filter::LZF]).unwrap();
         for bytes in [vec![], vec![7], vec![255; 20], vec![0x1f, 1, 2], vec![0x20, 0xff], vec![0, 1, 0xe0], vec![0, 1, 0x20], vec![0; 9000]]
         {
-            assert!(lzf.unpack(bytes, 0, 8, 4000).is_err());
+            assert!(lzf.unpack((bytes, 0), (8, 4000), Vec::new()).is_err());
         }
-        assert_eq!(lzf.unpack(vec![1, 5, 6, 0x60, 1, 0xe0, 3, 0], 0, 8, 19).unwrap(), [&[5, 6, 5, 6, 5, 6, 5][..], &[5; 12]].concat());
+        assert_eq!(
+            lzf.unpack((vec![1, 5, 6, 0x60, 1, 0xe0, 3, 0], 0), (8, 19), Vec::new()).unwrap(),
+            [&[5, 6, 5, 6, 5, 6, 5][..], &[5; 12]].concat()
+        );
         let sums = Pipeline::of(&[Filter::Fletcher32]).unwrap();
-        assert!(sums.unpack(vec![1, 2, 3], 0, 1, 3).is_err() && sums.unpack(vec![1, 2, 3, 0, 0, 0, 0], 0, 1, 3).is_err());
+        assert!(
+            sums.unpack((vec![1, 2, 3], 0), (1, 3), Vec::new()).is_err()
+                && sums.unpack((vec![1, 2, 3, 0, 0, 0, 0], 0), (1, 3), Vec::new()).is_err()
+        );
     }
 
     #[test]

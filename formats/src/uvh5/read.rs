@@ -208,6 +208,10 @@ impl VisibilitySource for Uvh5Reader {
         Ok(self.read(range)?)
     }
 
+    fn read_runs(&mut self, runs: &[Range<usize>]) -> Result<Vec<VisibilityBlock>, ArrayError> {
+        Ok(h5::side_by_side(runs, |rows| self.read(rows.clone()))?)
+    }
+
     fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage, ArrayError> {
         ArrayError::unless_rows(&range, self.n_rows).map_err(|e| FormatError::values(self.file.path(), e))?;
         Ok(self.coverage(range)?)

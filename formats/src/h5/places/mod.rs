@@ -89,9 +89,9 @@ impl Places {
         self.all.get(group * self.columns + column).copied()
     }
 
-    /// `n` bytes from an address on.
-    pub(super) fn read(&self, address: u64, n: usize) -> std::io::Result<Vec<u8>> {
-        let mut bytes = Vec::<u8>::with_capacity(n);
+    /// `n` bytes from an address on, in empty memory.
+    pub(super) fn read(&self, address: u64, n: usize, mut bytes: Vec<u8>) -> std::io::Result<Vec<u8>> {
+        bytes.reserve_exact(n);
         while bytes.len() < n {
             let at = libc::off_t::try_from(address.saturating_add(bytes.len() as u64)).map_err(std::io::Error::other)?;
             let missing = n - bytes.len();
