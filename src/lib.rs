@@ -88,6 +88,7 @@ pub mod mem;
 pub mod memory;
 pub mod misfit;
 pub mod nearfield;
+mod pages;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;

@@ -8,7 +8,10 @@
 //! # Reference
 //! Clark 1980, A&A 89, 377.
 
-use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle, peak_size};
+use super::minor::{
+    Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle, largest_where, peak_size,
+};
+use super::tile_loops::largest;
 use super::tiled_beam::TiledBeam;
 use super::tuning::CleanTuning;
 use crate::Result;
@@ -35,7 +38,7 @@ pub(super) fn make(psf: &ArcArray2<f32>, _opts: &Scales, tuning: &CleanTuning) -
     let side = n_m.max(n_l);
     let patch = ((tuning.clark_patch * side as f64) as usize).max(tuning.clark_patch_least).min(side);
     let far = |at: usize, n: usize| at.abs_diff(n / 2) > patch;
-    let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f32::max);
+    let outside = largest_where(psf.view(), |(i, j)| far(i, n_m) || far(j, n_l));
     Ok(Box::new(Clark { beam: TiledBeam::new(psf)?, patch, outside: outside.into(), tuning: *tuning }))
 }
 
@@ -101,7 +104,8 @@ impl Clark {
         // Column of the beam for column 0 of the image. A negative number wraps to a number that is larger than any column. The beam is 0 outside
         // its array.
         let shift = (n_l / 2).wrapping_sub(column);
-        for r in active.rows[first..].iter_mut().take_while(|r| r.row <= row + self.patch) {
+        let rows = active.rows[first..].iter_mut().zip(&mut active.peaks[first..]);
+        for (r, peak) in rows.take_while(|(r, _)| r.row <= row + self.patch) {
             let Some(line) = (r.row + n_m / 2).checked_sub(row).filter(|b| *b < n_m) else { continue };
             let line = self.beam.line(line);
             let mut best = (0.0, r.lo);
@@ -112,7 +116,7 @@ impl Clark {
                     best = (size, k);
                 }
             }
-            (r.peak, r.peak_at) = best;
+            (*peak, r.peak_at) = best;
         }
     }
 }
@@ -174,6 +178,8 @@ struct Active {
     columns: Vec<u32>,
     values: Vec<f64>,
     rows: Vec<ActiveRow>,
+    /// Size of the peak of each row, apart from the rows: all are looked at for each component.
+    peaks: Vec<f64>,
     negative: bool,
 }
 
@@ -181,7 +187,6 @@ struct ActiveRow {
     row: usize,
     lo: usize,
     hi: usize,
-    peak: f64,
     peak_at: usize,
 }
 
@@ -193,7 +198,7 @@ impl Active {
             line.iter().enumerate().filter(|(j, v)| size(**v) > cut && inside(*j)).map(|(j, v)| (j as u32, f64::from(*v))).collect()
         };
         let lines: Vec<Vec<(u32, f64)>> = residual.axis_iter(Axis(0)).into_par_iter().enumerate().map(bright).collect();
-        let mut active = Self { columns: Vec::new(), values: Vec::new(), rows: Vec::new(), negative };
+        let mut active = Self { columns: Vec::new(), values: Vec::new(), rows: Vec::new(), peaks: Vec::new(), negative };
         for (row, line) in lines.into_iter().enumerate().filter(|(_, line)| !line.is_empty()) {
             let lo = active.values.len();
             let mut best = (0.0, lo);
@@ -205,20 +210,17 @@ impl Active {
                 active.columns.push(column);
                 active.values.push(v);
             }
-            active.rows.push(ActiveRow { row, lo, hi: active.values.len(), peak: best.0, peak_at: best.1 });
+            active.rows.push(ActiveRow { row, lo, hi: active.values.len(), peak_at: best.1 });
+            active.peaks.push(best.0);
         }
         active
     }
 
     /// Index of the peak and of its row.
     fn peak(&self) -> Option<(usize, usize)> {
-        let mut best = (0.0, None);
-        for (k, r) in self.rows.iter().enumerate() {
-            if r.peak > best.0 {
-                best = (r.peak, Some((r.peak_at, k)));
-            }
-        }
-        best.1
+        let top = largest(&self.peaks);
+        let row = self.peaks.iter().position(|peak| *peak == top).filter(|_| top > 0.0)?;
+        Some((self.rows[row].peak_at, row))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The minor cycle: its input, its limits and its result.
 
+use crate::finite::all_finite;
 use crate::{ChainError, Result};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
@@ -170,12 +171,20 @@ pub(crate) fn peak_size(image: ArrayView2<'_, f32>, mask: Option<&Array2<bool>>,
     peak_of(image, mask, negative).map_or(0.0, |p| p.value.abs())
 }
 
+/// Largest |value| of those pixels of a beam \[m, l\] whose (row, column) `counts`; 0 if there is none.
+pub(crate) fn largest_where(beam: ArrayView2<'_, f32>, counts: impl Fn((usize, usize)) -> bool + Sync) -> f32 {
+    let of_row = |(i, row): (usize, ArrayView1<'_, f32>)| {
+        row.iter().enumerate().filter(|(j, _)| counts((i, *j))).fold(0.0_f32, |a, (_, v)| a.max(v.abs()))
+    };
+    beam.axis_iter(Axis(0)).into_par_iter().enumerate().map(of_row).reduce(|| 0.0, f32::max)
+}
+
 /// Check that a dirty beam is finite and has its peak of 1 at the centre pixel.
 pub(super) fn check_beam(psf: ArrayView2<'_, f32>) -> Result<()> {
     let Some(center) = psf.get((psf.nrows() / 2, psf.ncols() / 2)) else {
         return Err(ChainError::Incompatible("a deconvolver needs a dirty beam of at least one pixel".into()));
     };
-    if (center - 1.0).abs() <= 1e-6 && psf.iter().all(|v| v.is_finite()) {
+    if (center - 1.0).abs() <= 1e-6 && all_finite(&psf, f64::from) {
         return Ok(());
     }
     let message = format!("a deconvolver needs a finite dirty beam with its peak of 1 at the centre pixel, which has {center}");

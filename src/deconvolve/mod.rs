@@ -17,8 +17,8 @@ mod tiled_beam;
 mod tiles;
 mod tuning;
 
-pub(crate) use minor::peak_size;
 pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
+pub(crate) use minor::{largest_where, peak_size};
 pub(crate) use multiscale::chosen as chosen_scales;
 pub use options::{Algorithm, CleanOptions, SkyBox};
 pub use tuning::CleanTuning;

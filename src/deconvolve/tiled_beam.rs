@@ -7,6 +7,7 @@ use crate::{ChainError, Result, ensure};
 use ndarray::{ArcArray2, Array2, Array4, ArrayView2, Axis, s};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// Side of the squares in which the largest |beam| is known.
 const STEP: usize = 8;
@@ -21,8 +22,9 @@ pub(super) struct TiledBeam {
     psf: ArcArray2<f32>,
     n_m: usize,
     n_l: usize,
-    /// Largest |beam| over the squares that a tile can cover which begins in square ((i - 1) STEPS + p, (j - 1) STEPS + q) \[p, q, i, j\].
-    bounds: Array4<f64>,
+    /// Largest |beam| over the squares that a tile can cover which begins in square ((i - 1) STEPS + p, (j - 1) STEPS + q) \[p, q, i, j\]. They are made
+    /// where they are first needed.
+    bounds: OnceLock<Array4<f64>>,
     convolver: Convolver<f32>,
 }
 
@@ -31,9 +33,8 @@ impl TiledBeam {
     pub(super) fn new(psf: &ArcArray2<f32>) -> Result<Self> {
         let (n_m, n_l) = psf.dim();
         ensure!(psf.is_standard_layout(), ChainError::Incompatible("a dirty beam must lie in memory row after row".into()));
-        let bounds = bounds(psf);
         let convolver = Convolver::new((n_m, n_l), n_m.max(n_l) / 2);
-        Ok(Self { psf: psf.clone(), n_m, n_l, bounds, convolver })
+        Ok(Self { psf: psf.clone(), n_m, n_l, bounds: OnceLock::new(), convolver })
     }
 
     /// One row of the beam.
@@ -60,7 +61,7 @@ impl TiledBeam {
             (first.div_euclid(SIDE as i64) + 1, first.rem_euclid(SIDE as i64) as usize / STEP)
         };
         let ((s_m, p), (s_l, q)) = (shift(self.n_m / 2, component.row), shift(self.n_l / 2, component.column));
-        let own = self.bounds.slice(s![p, q, .., ..]);
+        let own = self.bounds.get_or_init(|| bounds(&self.psf)).slice(s![p, q, .., ..]);
         Bounds { columns: own.ncols(), values: own.to_slice().unwrap_or_default(), shift: (s_m, s_l) }
     }
 
@@ -110,12 +111,14 @@ fn bounds(psf: &ArcArray2<f32>) -> Array4<f64> {
     let (n_m, n_l) = psf.dim();
     let (s_m, s_l) = (n_m.div_ceil(STEP), n_l.div_ceil(STEP));
     let mut squares = Array2::<f64>::zeros((s_m, s_l));
-    for (i, row) in psf.rows().into_iter().enumerate() {
-        for (j, part) in row.axis_chunks_iter(Axis(0), STEP).enumerate() {
-            let b = &mut squares[(i / STEP, j)];
-            *b = b.max(part.iter().fold(0.0_f32, |a, v| a.max(v.abs())).into());
+    let bands = squares.axis_iter_mut(Axis(0)).into_par_iter().zip(psf.axis_chunks_iter(Axis(0), STEP));
+    bands.for_each(|(mut squares, rows)| {
+        for row in rows.rows() {
+            for (b, part) in squares.iter_mut().zip(row.axis_chunks_iter(Axis(0), STEP)) {
+                *b = b.max(part.iter().fold(0.0_f32, |a, v| a.max(v.abs())).into());
+            }
         }
-    }
+    });
     // A tile that begins in square `at` - STEPS ends in square `at`.
     let covered = |at: usize, n: usize| at.saturating_sub(STEPS).min(n)..(at + 1).min(n);
     let tiles = |n: usize| n.div_ceil(SIDE) + 1;

@@ -103,11 +103,13 @@ fn within<P: Copy + Sync>(values: &[P], f: impl Fn(&P) -> f64 + Sync, (low, high
 }
 
 /// Those of so many draws that lie in a range. They are spread over the list like random numbers, because images have rows.
-fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), draws: usize) -> Vec<f64> {
+fn sample<P: Copy + Sync>(values: &[P], f: impl Fn(&P) -> f64 + Sync, range: (f64, f64), draws: usize) -> Vec<f64> {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15; // the golden ratio
     let n = values.len() as u128;
     let place = |k: usize| ((u128::from((k as u64).wrapping_mul(STEP)) * n) >> 64) as usize;
-    let mut sample: Vec<f64> = (1..=draws).map(|k| f(&values[place(k)])).filter(|v| (range.0..=range.1).contains(v)).collect();
+    // Each draw waits for the memory: several threads wait for several.
+    let drawn = (0..draws).into_par_iter().with_min_len(SAMPLE).map(|k| f(&values[place(k + 1)]));
+    let mut sample: Vec<f64> = drawn.filter(|v| (range.0..=range.1).contains(v)).collect();
     if sample.is_empty() {
         sample.extend(values.iter().map(f).find(|v| (range.0..=range.1).contains(v)));
     }

@@ -7,6 +7,7 @@
 
 use super::line_fft::{LineFfts, apart, good_size};
 use super::real::Real;
+use crate::pages::{zeroed, zeros};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -56,7 +57,7 @@ impl<T: Real> Convolver<T> {
         let (c_m, c_l) = (k_m / 2, k_l / 2);
         let half = self.half();
         let rows = self.rows(k_m, c_l, |row, out| copy_row(kernel.row(row), out));
-        let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
+        let mut out: Vec<Complex<T>> = zeroed(half * self.p_m);
         out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
             || vec![Complex::default(); self.fft.columns[0].get_inplace_scratch_len()],
             |scratch, (block, columns)| {
@@ -76,7 +77,7 @@ impl<T: Real> Convolver<T> {
     /// Image convolved with a kernel.
     #[must_use]
     pub fn convolve(&self, image: ArrayView2<'_, T>, kernel: &impl Filter<T>) -> Array2<T> {
-        let mut out = Array2::from_elem((self.n_m, self.n_l), T::default());
+        let mut out = zeros((self.n_m, self.n_l));
         self.through(|row, out| copy_row(image.row(row), out), kernel, &mut out, |o, v| *o = v);
         out
     }

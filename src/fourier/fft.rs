@@ -9,6 +9,7 @@ use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, cis_of_all};
 use super::wplanes::WBasis;
+use crate::pages::zeros;
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -83,7 +84,7 @@ pub(crate) fn correct<T: Real>(plan: &Plan<T>, image: &mut Array2<T>) {
 
 /// An image \[m, l\] times the factors of its pixels.
 pub(crate) fn corrected<T: Real, P: Real>(plan: &Plan<T>, image: ArrayView2<'_, P>) -> Array2<T> {
-    let mut out = Array2::zeros(image.dim());
+    let mut out = zeros(image.dim());
     out.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
         let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
         for ((i, mut line), factor) in block.rows_mut().into_iter().enumerate().zip(factor.chunks_exact(BLOCK)) {

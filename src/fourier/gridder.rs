@@ -14,6 +14,7 @@ use super::sort::{Chunk, TilePlace};
 use super::sorted_rows::SortedRows;
 use super::turns::{Turn, Turns, take_turns};
 use super::units::Unit;
+use crate::pages::zeros;
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2};
@@ -111,7 +112,7 @@ impl<T: Real> Gridder<T> {
             let same = kept.take().filter(|k| k.fits(plan.n_rows, group.len(), plan.nu));
             let mut planes = same.unwrap_or_else(|| PlaneRows::zeros(plan.n_rows, group.len(), plan.nu));
             grid_units(plan, (rows, nodes), (&planes, group.clone()), 0..plan.tiles_v())?;
-            let image = self.image.get_or_insert_with(|| Array2::zeros((plan.grid.n_m, plan.grid.n_l)));
+            let image = self.image.get_or_insert_with(|| zeros((plan.grid.n_m, plan.grid.n_l)));
             planes = planes_to_image(plan, planes, group.start, image);
             planes.clear();
             kept = Some(planes);
@@ -122,12 +123,7 @@ impl<T: Real> Gridder<T> {
     /// The image \[m, l\] of all visibilities that were added.
     #[must_use]
     pub fn finish<P: Real>(mut self) -> Array2<P> {
-        let mut image = self.image.take().unwrap_or_else(|| {
-            let mut new = Array2::zeros((self.plan.grid.n_m, self.plan.grid.n_l));
-            // Pages that are written before they are read are given by the system once.
-            new.par_mapv_inplace(|_| T::default());
-            new
-        });
+        let mut image = self.image.take().unwrap_or_else(|| zeros((self.plan.grid.n_m, self.plan.grid.n_l)));
         if let Some(planes) = self.resident.take() {
             let planes = planes_to_image(&self.plan, planes, 0, &mut image);
             self.plan.pool.give_planes(planes);

@@ -13,6 +13,7 @@ use super::imager::{Imager, Residual};
 use super::trust::Trust;
 use crate::deconvolve::{CleanOptions, Component, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
+use crate::pages::{copied, zeros};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::VisUnit;
@@ -85,7 +86,7 @@ impl<'a> ChannelRun<'a> {
         let beam_px = tool.beam.bmaj_rad / with.imager.grid().cell_rad;
         let state = Channel {
             model: Array2::zeros((0, 0)),
-            residual: Residual { image: dirty.clone(), chi2_per_datum: f64::NAN },
+            residual: Residual { image: copied(dirty.view()), chi2_per_datum: f64::NAN },
             components: Vec::new(),
             given_back: Vec::new(),
             stop: StopReason::MajorCycles,
@@ -120,7 +121,7 @@ impl<'a> ChannelRun<'a> {
 
     /// The model, from the components. It is made where it is needed, and not kept.
     fn model(&self) -> Array2<f64> {
-        let mut model = self.start().cloned().unwrap_or_else(|| Array2::zeros(self.state.dirty.dim()));
+        let mut model = self.start().map(|model| copied(model.view())).unwrap_or_else(|| zeros(self.state.dirty.dim()));
         self.tool.deconvolver.draw(&self.state.components, &mut model);
         self.state.given_back.iter().for_each(|c| model[(c.row, c.column)] += c.flux);
         model

@@ -8,7 +8,8 @@ use super::restore::with_beam;
 use crate::deconvolve::Component;
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam};
-use ndarray::{ArcArray2, Array2, Zip};
+use ndarray::{ArcArray2, Array2, ArrayView1, Axis, Zip};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// The reason why CLEAN stopped.
@@ -158,18 +159,17 @@ impl Cleaned {
         };
         let restored = |c: &mut Channel| {
             let model = with_beam(grid, c.model.view(), &c.beam);
-            let mut plane = c.residual.image.clone();
-            Zip::from(&mut plane).and(&model).par_for_each(|p, m| *p = (f64::from(*p) + m) as f32);
-            plane
+            Zip::from(&c.residual.image).and(&model).par_map_collect(|p, m| (f64::from(*p) + m) as f32)
         };
         let restored: Vec<Array2<f32>> = clock.time("restore", || channels.iter_mut().map(restored).collect());
         let restored = imager.image(restored, Kind::Restored, &beams)?;
-        let top = restored.data.iter().copied().map(f64::from).fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
+        let top = f64::from(Sums::of(&restored).highest) - restored.pedestal_k.unwrap_or(0.0);
         take(Kind::Restored, restored)?;
         let residuals = channels.iter_mut().map(|c| std::mem::take(&mut c.residual.image)).collect();
         let residual = imager.image(residuals, Kind::Residual, &beams)?;
-        statistics.residual_rms = (residual.data.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / residual.data.len() as f64).sqrt();
-        statistics.residual_peak = residual.data.iter().fold(0.0_f32, |a, v| a.max(v.abs())).into();
+        let sums = Sums::of(&residual);
+        statistics.residual_rms = (sums.squares / residual.data.len() as f64).sqrt();
+        statistics.residual_peak = sums.farthest.into();
         statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
         take(Kind::Residual, residual)?;
         let models = channels.iter_mut().map(|c| std::mem::take(&mut c.model)).collect();
@@ -181,6 +181,30 @@ impl Cleaned {
         };
         let components = joined(channels.into_iter().enumerate().flat_map(of_channel));
         Ok((CleanReport { components, statistics, beams }, model))
+    }
+}
+
+/// What the statistics need of the pixels of an image.
+struct Sums {
+    highest: f32,
+    /// Largest absolute value.
+    farthest: f32,
+    /// Sum of the squares.
+    squares: f64,
+}
+
+impl Sums {
+    fn of(image: &Image<f32>) -> Self {
+        let of_line = |line: ArrayView1<'_, f32>| {
+            line.iter().fold((f32::NEG_INFINITY, 0.0_f32, 0.0), |(high, far, sum), v| {
+                (high.max(*v), far.max(v.abs()), sum + f64::from(*v).powi(2))
+            })
+        };
+        // The lines are summed in their order, so that the result does not depend on the number of threads.
+        let lines: Vec<_> = image.data.lanes(Axis(3)).into_iter().collect::<Vec<_>>().into_par_iter().map(of_line).collect();
+        let add = |(high, far, sum): (f32, f32, f64), line: &(f32, f32, f64)| (high.max(line.0), far.max(line.1), sum + line.2);
+        let (highest, farthest, squares) = lines.iter().fold((f32::NEG_INFINITY, 0.0, 0.0), add);
+        Self { highest, farthest, squares }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::beam_fit::LEVEL;
 use super::imager::Imager;
 use super::session::Gridded;
+use crate::deconvolve::largest_where;
 use crate::fourier::Real;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
@@ -74,7 +75,7 @@ impl Imager<'_> {
         // The peak is 1 to within the error of the transform. It is made exact, so that CLEAN subtracts exactly the flux of a component.
         let center = (psf.nrows() / 2, psf.ncols() / 2);
         let peak = psf[center].to64();
-        psf.mapv_inplace(|v| P::of(v.to64() / peak));
+        psf.par_mapv_inplace(|v| P::of(v.to64() / peak));
         psf[center] = P::one();
         Ok(psf)
     }
@@ -84,10 +85,10 @@ impl Imager<'_> {
 /// large from its centre.
 pub(super) fn side_lobe(grid: &SkyGrid, psf: ArrayView2<'_, f32>, beam: &RestoringBeam, main_lobe_fwhm: f64) -> f64 {
     let (sin, cos) = beam.bpa_rad.sin_cos();
-    let outside = |i: usize, j: usize| {
+    let outside = |(i, j): (usize, usize)| {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
         let (along, across) = ((l * sin + m * cos) / beam.bmaj_rad, (l * cos - m * sin) / beam.bmin_rad);
         along * along + across * across > main_lobe_fwhm * main_lobe_fwhm
     };
-    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f32::max).into()
+    largest_where(psf, outside).into()
 }

@@ -1,6 +1,7 @@
 //! The restored image: the model convolved with the restoring beam, plus the residual.
 
 use crate::fourier::Convolver;
+use crate::pages::zeros;
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis, s};
 use rayon::prelude::*;
@@ -41,7 +42,7 @@ pub fn with_beam(grid: &SkyGrid, model: ArrayView2<'_, f64>, beam: &RestoringBea
 /// The sum of the beam at every bright pixel. `rows` lists their columns in each row.
 fn sum_of_patches(model: ArrayView2<'_, f64>, rows: &[Vec<usize>], patch: &Array2<f64>) -> Array2<f64> {
     let (reach, reach_l) = (patch.nrows() / 2, patch.ncols() / 2);
-    let mut out = Array2::zeros(model.dim());
+    let mut out = zeros(model.dim());
     out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(i, mut line)| {
         for from in i.saturating_sub(reach)..(i + reach + 1).min(rows.len()) {
             let beam = patch.row(i + reach - from);

@@ -14,7 +14,7 @@
 //! # Reference
 //! Schwab 1984, AJ 89, 1076, who goes back to the visibilities when the error of the beam could matter; the bound there is not measured.
 
-use crate::deconvolve::{CleanTuning, Component, Deconvolver};
+use crate::deconvolve::{CleanTuning, Component, Deconvolver, largest_where};
 use ndarray::{Array2, ArrayView2, Axis, s};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -41,8 +41,7 @@ impl Trust {
     pub(super) fn new(psf: ArrayView2<'_, f32>, beam_px: f64, tuning: &CleanTuning) -> Self {
         let (n_m, n_l) = psf.dim();
         let far = |at: usize, n: usize| at.abs_diff(n / 2) as f64 >= OUTER * (n / 2) as f64;
-        let outer = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l));
-        let edge = outer.fold(0.0_f32, |a, (_, v)| a.max(v.abs())).into();
+        let edge = largest_where(psf, |(i, j)| far(i, n_m) || far(j, n_l)).into();
         Self { margin: tuning.trust_margin, lobe: (beam_px.round() as usize).max(1), edge, ratio: None, expected: None }
     }
 

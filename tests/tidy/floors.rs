@@ -16,7 +16,7 @@ const FLOORS: &[&[&str]] = &[
     &["simulate"],
     &["closure", "fidelity", "misfit", "nearfield"],
     &["fourier", "lbfgs", "linalg"],
-    &["values", "memory"],
+    &["values", "memory", "pages"],
     &["progress", "error", "random", "finite"],
 ];
 
