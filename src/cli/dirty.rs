@@ -10,7 +10,7 @@ use crate::cost::{self, WavePasses};
 use crate::fidelity::robust_rms;
 use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
-use ndarray::{ArrayView1, Axis};
+use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -33,18 +33,17 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
         let mean = zero_spacing::of(imager, false, context);
         Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts, mean))
     })?;
-    let path = if args.correction.pbcor {
-        args.of.write(&mut args.correction.corrected(&image), context)?
-    } else {
-        args.of.write(&mut image, context)?
-    };
-    let (g, plane) = (&image.grid, image.plane(0, 0));
-    let lines: Vec<(f32, f64)> = plane.axis_iter(Axis(0)).into_par_iter().map(peak_and_squares).collect();
-    let peak = f64::from(lines.iter().map(|l| l.0).fold(0.0, farther));
-    let rms = (lines.iter().map(|l| l.1).sum::<f64>() / plane.len() as f64).sqrt();
+    let mut corrected = args.correction.pbcor.then(|| args.correction.corrected(&image));
+    corrected.as_mut().unwrap_or(&mut image).history.push(context.history());
+    let (out, to_write) = (&args.of.out, corrected.as_ref().unwrap_or(&image));
+    let path = out.output.as_path();
+    // One thread waits for the system while the file is written. The others look at the pixels.
+    let (written, Pixels { peak, rms, robust_rms }) = rayon::join(|| out.signed_image(path, to_write), || Pixels::of(image.plane(0, 0)));
+    written?;
+    let g = &image.grid;
     let json = json!({
         "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
-        "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),
+        "peak": peak, "rms": rms, "robust_rms": robust_rms,
         "n_visibilities": counts.total, "n_used": counts.used, "n_flagged": counts.flagged,
         "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite, "n_autocorrelations": counts.autocorrelations, "mean": mean,
     });
@@ -59,6 +58,22 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
         number(rms)
     );
     Ok(Outcome::new(json, text).wrote(path))
+}
+
+/// What is told of the pixels of an image.
+struct Pixels {
+    /// The value that is farthest from 0.
+    peak: f64,
+    rms: f64,
+    robust_rms: f64,
+}
+
+impl Pixels {
+    fn of(plane: ArrayView2<'_, f32>) -> Self {
+        let lines: Vec<(f32, f64)> = plane.axis_iter(Axis(0)).into_par_iter().map(peak_and_squares).collect();
+        let peak = lines.iter().map(|l| l.0).fold(0.0, farther).into();
+        Self { peak, rms: (lines.iter().map(|l| l.1).sum::<f64>() / plane.len() as f64).sqrt(), robust_rms: robust_rms(plane) }
+    }
 }
 
 /// The value that is farther from 0.

@@ -112,10 +112,18 @@ impl OutputArgs {
     /// # Errors
     /// An error of the file system, with the path.
     pub fn image<P: Copy + Into<f64> + Sync>(&self, path: &Path, image: &mut Image<P>, context: &Context) -> Result<()> {
+        image.history.push(context.history());
+        self.signed_image(path, image)
+    }
+
+    /// Write an image whose history has this command already.
+    ///
+    /// # Errors
+    /// An error of the file system, with the path.
+    pub fn signed_image<P: Copy + Into<f64> + Sync>(&self, path: &Path, image: &Image<P>) -> Result<()> {
         if is_silent() {
             return Ok(());
         }
-        image.history.push(context.history());
         Ok(write_image(path, image, ImageOptions { overwrite: self.overwrite, ..ImageOptions::default() })?)
     }
 
