@@ -1,4 +1,4 @@
-//! Seconds of each operation, as they were fitted on one machine.
+//! Seconds of each operation, as they were fitted on some machines.
 
 use super::scale::Scale;
 use super::term::Term;
@@ -6,8 +6,9 @@ use crate::{ChainError, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// The speeds that come with the program: `make bench-book` writes this file.
-const BUILT_IN: &str = include_str!("machine.toml");
+/// The machines whose speeds come with the program: `make bench-book` writes the file of the machine that runs it. The first is the one that the tables of the
+/// book were made for.
+const MACHINES: [&str; 2] = [include_str!("machines/intel-xeon.toml"), include_str!("machines/amd-epyc.toml")];
 
 /// Seconds of each operation on one machine.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -32,15 +33,33 @@ pub struct Speeds {
 }
 
 impl Speeds {
-    /// The speeds of the machine on which this program was measured.
+    /// The speeds of the machine for which the tables of the book were made.
     ///
     /// # Errors
     /// The file in the program is damaged.
     pub fn built_in() -> Result<Self> {
-        Self::parse(BUILT_IN)
+        Self::parse(MACHINES[0])
     }
 
-    /// Speeds from the text of a file such as `machine.toml`.
+    /// The speeds of this machine. Its short tests are run first.
+    ///
+    /// # Errors
+    /// A file in the program is damaged.
+    pub fn here() -> Result<Self> {
+        let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let name = info.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split_once(':'));
+        Self::of_machine(name.map_or("", |(_, name)| name.trim()), &Scale::measure()?)
+    }
+
+    /// The speeds of a machine with this processor, whose short tests take so long: those of the machine of the program whose processor is of the same maker,
+    /// or of the first, each changed as its short test is. The rest of the work does not follow the short tests alike on processors of all makers.
+    fn of_machine(processor: &str, short_tests: &Scale) -> Result<Self> {
+        let all = MACHINES.into_iter().map(Self::parse).collect::<Result<Vec<_>>>()?;
+        let same = all.into_iter().find(|speeds| maker(&speeds.machine) == maker(processor));
+        Ok(same.map_or_else(Self::built_in, Ok)?.scaled(short_tests))
+    }
+
+    /// Speeds from the text of a file such as `machines/intel-xeon.toml`.
     ///
     /// # Errors
     /// The text is no TOML of this form, an operation is missing or not known, or a number is negative.
@@ -120,9 +139,29 @@ impl Speeds {
     }
 }
 
+/// The maker of a processor: the first word of its name.
+fn maker(processor: &str) -> String {
+    processor.split([' ', '(', ',']).next().unwrap_or_default().to_lowercase()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_machine_is_taken_for_one_with_a_processor_of_its_maker() {
+        let short_tests = Scale { grid_s: 4e-3, fourier_s: 2e-3, stream_s: 1e-3 };
+        for (processor, expected) in [
+            ("AMD EPYC 9B14 96-Core Processor", "AMD"),
+            ("Intel(R) Core(TM) i7-8700 CPU @ 3.20GHz", "Intel"),
+            ("Neoverse-N1", "Intel"),
+            ("", "Intel"),
+        ] {
+            let found = Speeds::of_machine(processor, &short_tests).unwrap();
+            assert!(found.machine.starts_with(expected), "{processor}: {}", found.machine);
+            assert_eq!(*found.gauges(), short_tests);
+        }
+    }
 
     #[test]
     fn the_speeds_of_the_program_are_complete_and_scale_with_the_tests() {
@@ -149,9 +188,9 @@ mod tests {
 
     #[test]
     fn a_file_with_a_gap_is_refused_with_what_to_do() {
-        let gap: String = BUILT_IN.lines().filter(|l| !l.contains("pass.cell")).map(|l| format!("{l}\n")).collect();
+        let gap: String = MACHINES[0].lines().filter(|l| !l.contains("pass.cell")).map(|l| format!("{l}\n")).collect();
         let e = Speeds::parse(&gap).unwrap_err().to_string();
         assert!(e.contains("pass.cell") && e.contains("make bench-book"), "{e}");
-        assert!(Speeds::parse(&BUILT_IN.replace("\"pass.cell\" = ", "\"pass.cell\" = -")).is_err());
+        assert!(Speeds::parse(&MACHINES[0].replace("\"pass.cell\" = ", "\"pass.cell\" = -")).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! The operations whose time is measured. One row each; the seconds are in `machine.toml`.
+//! The operations whose time is measured. One row each; the seconds are in `machines`.
 
 /// Which of the short tests says how fast a machine is at an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ macro_rules! terms {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$name,)+];
 
-            /// Its name in `machine.toml` and in results: what is done, a point, and what is counted.
+            /// Its name in the files of `machines` and in results: what is done, a point, and what is counted.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {

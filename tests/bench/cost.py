@@ -1,6 +1,6 @@
 """Fits the cost model of `cittert --dry-run` to whole runs, and checks it with runs that are not in the fit.
 
-    python3 tests/bench/cost.py fit PROGRAM      measure the cases of the fit, write src/cost/machine.toml
+    python3 tests/bench/cost.py fit PROGRAM      measure the cases of the fit, write its file in src/cost/machines
     python3 tests/bench/cost.py check PROGRAM    measure other cases, print the table of docs/algorithms/cost.md
     python3 tests/bench/cost.py check PROGRAM --speeds FILE
 
@@ -12,7 +12,7 @@ import argparse, datetime, json, math, os, platform, random, re, statistics, sub
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-MACHINE = HERE.parent.parent / "src/cost/machine.toml"
+MACHINES = HERE.parent.parent / "src/cost/machines"
 TERMS = HERE.parent.parent / "src/cost/term.rs"
 PAGE = HERE.parent.parent / "docs/algorithms/cost.md"
 FIT_SEED, CHECK_SEED = 1, 20_261_127
@@ -223,15 +223,29 @@ def work_of(row, wanted, stages=None):
     return sums
 
 
-def read_old():
+def own_file():
+    """The file of this kind of processor."""
+    words = re.sub(r"\((r|tm)\)|processor|cpu|@.*|,.*", " ", processor().lower()).split()
+    return MACHINES / f"{'-'.join(words[:2])}.toml"
+
+
+def read_old(gauges):
+    """What is known of this machine, or else of another one as if it were as fast as this one."""
     import tomllib
 
-    return tomllib.loads(MACHINE.read_text())
+    if own_file().exists():
+        return tomllib.loads(own_file().read_text())
+    old = tomllib.loads((MACHINES / "intel-xeon.toml").read_text())
+    kinds = dict(re.findall(r'^    \w+ = "([a-z0-9.-]+)", (\w+);', TERMS.read_text(), re.M))
+    for term, s in old["seconds"].items():
+        gauge = f"{kinds[term].lower()}-s"
+        old["seconds"][term] = s * gauges[gauge] / old["gauges"][gauge]
+    return old
 
 
 def fit(rows, gauges):
     """Fit group after group: each has its own phases; what no phase covers is fitted to the rest of the whole time."""
-    old = read_old()
+    old = read_old(gauges)
     seconds, serial = {}, dict(old["serial"])
 
     def group(names, samples):
@@ -451,7 +465,7 @@ def main():
     p.add_argument("--rows", type=Path, help="a file of measured rows: runs that it holds are not measured again")
     p.add_argument("--turns", type=int, help="how often each case runs; the shortest time counts [default: 2]")
     p.add_argument("--until", type=float, default=math.inf, help="begin no run after so many seconds")
-    p.add_argument("-o", "--output", type=Path, default=MACHINE)
+    p.add_argument("-o", "--output", type=Path, default=own_file(), help="where to write the fit; a new file needs a row in src/cost/speeds.rs")
     p.add_argument("--page", action="store_true", help="put the table of check into the book")
     a = p.parse_args()
     program = a.program.resolve()

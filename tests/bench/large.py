@@ -8,7 +8,7 @@
 import argparse, json, math, random, subprocess, tempfile
 from pathlib import Path
 
-MACHINE = Path(__file__).resolve().parent.parent.parent / "src/cost/machine.toml"
+MACHINE = Path(__file__).resolve().parent.parent.parent / "src/cost/machines/intel-xeon.toml"
 B = ["--size", 2048, "--cell", "0.25arcsec"]
 B_CLEAN = [*B, "--weighting", "briggs", "--robust", 0, "--algorithm", "clark", "--niter", 10000, "--mgain", 0.85]
 LARGE = ["--size", 16384, "--cell", "0.05arcsec", "--visibilities", "1e10", "--node-memory", "128GiB", "--network", "25Gbit/s", "--storage", "20GB/s"]

@@ -42,7 +42,7 @@ rounds = 2
 
 /// Speeds that need no tests of the machine.
 fn speeds() -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cost/machine.toml").display().to_string()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cost/machines/intel-xeon.toml").display().to_string()
 }
 
 /// A tank, and a flight around it.

@@ -34,7 +34,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};
 use super::options::SetFiles;
 use super::slurm::Pilot;
-use crate::cost::{InputFormat, Scale, Speeds};
+use crate::cost::{InputFormat, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::MemoryBudget;
 use crate::progress::Silent;
@@ -169,7 +169,7 @@ pub(super) fn forecast(
     let given = args.speeds()?;
     let speeds = match given {
         Some(speeds) => speeds,
-        None => Speeds::built_in()?.scaled(&Scale::measure()?),
+        None => Speeds::here()?,
     }
     .with_program(start_bytes);
     let threads = rayon::current_num_threads();
@@ -191,7 +191,7 @@ pub(super) fn forecast(
 /// The file or an option is wrong.
 pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
     let start_bytes = Pilot::memory().0 as f64;
-    let speeds = Speeds::built_in()?.scaled(&Scale::measure()?).with_program(start_bytes);
+    let speeds = Speeds::here()?.with_program(start_bytes);
     let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1, words: |_, _| Err(without()) };
     let told = command.plan(&planner)?;
     Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))
