@@ -12,7 +12,7 @@ use crate::fourier::Real;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
-use ndarray::{Array2, Array4, ArrayView2, Axis};
+use ndarray::{Array2, Array4, ArrayView2, Axis, Zip};
 
 /// The content of a plane. It determines the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,11 +135,11 @@ fn in_kelvin<P: Real>(
     };
     let raw = matches!(kind, Kind::Dirty | Kind::Residual);
     let constant = if kind == Kind::Residual { 0.0 } else { pedestal.unwrap_or(0.0) };
-    for ((i, j), v) in plane.indexed_iter_mut() {
+    Zip::indexed(&mut plane).par_for_each(|(i, j), v| {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
         let n = if raw { 1.0 } else { (1.0 - l * l - m * m).max(0.0).sqrt() };
         *v = P::of(v.to64() * n / solid_angle + constant);
-    }
+    });
     Ok(plane)
 }
 

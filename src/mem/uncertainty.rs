@@ -130,7 +130,7 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
                 table[k] * (1.0 - f) + table[k + 1] * f
             };
             let mut out = Array2::zeros(point.s.dim());
-            Zip::indexed(&mut out).and(&point.s).and(&point.stiffness).and(&response).for_each(|place, o, s, e, r| {
+            Zip::indexed(&mut out).and(&point.s).and(&point.stiffness).and(&response).par_for_each(|place, o, s, e, r| {
                 let x = x(*s, *e);
                 if x > 0.0 {
                     let mean = match links {
