@@ -25,7 +25,7 @@ pub(crate) fn zeros<T: Copy + Default + Send + Sync>(shape: (usize, usize)) -> A
     Array2::from_shape_vec(shape, zeroed(shape.0 * shape.1)).unwrap_or_default()
 }
 
-/// A copy of an array, row after row in memory.
+/// A copy of an array.
 pub(crate) fn copied<T: Copy + Send + Sync>(array: ArrayView2<'_, T>) -> Array2<T> {
     Zip::from(array).par_map_collect(|v| *v)
 }

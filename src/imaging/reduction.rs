@@ -3,6 +3,7 @@
 use super::pol::{DataCounts, PolSelector, RowValues};
 use super::row_weights::{Common, PlaceOfWeights, RowWeights};
 use crate::nearfield::boresight_turn;
+use crate::pages::zeroed;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBlock};
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
@@ -53,7 +54,7 @@ impl Reduction {
     /// Combine the polarisation products of a block.
     pub(super) fn reduce(&self, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
         let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-        let (mut vis, mut weight) = empty(rows * chans);
+        let (mut vis, mut weight) = (zeroed(rows * chans), zeroed(rows * chans));
         let own = self.selector.by_row(&block.coverage)?;
         let counts = vis
             .par_chunks_exact_mut(chans.max(1))
@@ -153,14 +154,6 @@ impl Reduction {
             *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
         }
     }
-}
-
-/// Visibilities and weights of 0. The memory is cleared on all threads: new pages take longer than what is written into them.
-fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
-    let (mut vis, mut weight) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    vis.par_extend(rayon::iter::repeat_n(Complex32::default(), n));
-    weight.par_extend(rayon::iter::repeat_n(0.0, n));
-    (vis, weight)
 }
 
 fn wrong(e: ndarray::ShapeError) -> ChainError {
