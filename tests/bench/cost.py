@@ -8,12 +8,12 @@ Cases are drawn from a seed: arrays, tracks, channels, sizes of images, commands
 Python is needed. Files lie in a temporary folder. Times are wall times: the machine must be quiet.
 """
 
-import argparse, datetime, json, math, os, platform, random, re, statistics, subprocess, sys, tempfile, time
+import argparse, datetime, json, math, os, random, re, statistics, subprocess, sys, tempfile, time
 from pathlib import Path
 
+from machines import TERMS, own_file, processor, read_old
+
 HERE = Path(__file__).resolve().parent
-MACHINES = HERE.parent.parent / "src/cost/machines"
-TERMS = HERE.parent.parent / "src/cost/term.rs"
 PAGE = HERE.parent.parent / "docs/algorithms/cost.md"
 FIT_SEED, CHECK_SEED = 1, 20_261_127
 
@@ -223,26 +223,6 @@ def work_of(row, wanted, stages=None):
     return sums
 
 
-def own_file():
-    """The file of this kind of processor."""
-    words = re.sub(r"\((r|tm)\)|processor|cpu|@.*|,.*", " ", processor().lower()).split()
-    return MACHINES / f"{'-'.join(words[:2])}.toml"
-
-
-def read_old(gauges):
-    """What is known of this machine, or else of another one as if it were as fast as this one."""
-    import tomllib
-
-    if own_file().exists():
-        return tomllib.loads(own_file().read_text())
-    old = tomllib.loads((MACHINES / "intel-xeon.toml").read_text())
-    kinds = dict(re.findall(r'^    \w+ = "([a-z0-9.-]+)", (\w+);', TERMS.read_text(), re.M))
-    for term, s in old["seconds"].items():
-        gauge = f"{kinds[term].lower()}-s"
-        old["seconds"][term] = s * gauges[gauge] / old["gauges"][gauge]
-    return old
-
-
 def fit(rows, gauges):
     """Fit group after group: each has its own phases; what no phase covers is fitted to the rest of the whole time."""
     old = read_old(gauges)
@@ -430,13 +410,6 @@ def left_over(samples, seconds, serial):
     for g in ("start", "image", "judge"):
         serial[g] = 1.0
     print(f"{'rest':28} {len(samples)} samples")
-
-
-def processor():
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return f"{line.split(':', 1)[1].strip()}, {os.cpu_count()} processors"
-    return platform.processor() or "unknown"
 
 
 def write(found, path):
