@@ -162,7 +162,17 @@ impl Uvh5Reader {
     fn indices<T: Copy>(&self, dataset: &Dataset, name: &str, range: Range<usize>, of: &HashMap<i64, T>, what: &str) -> Result<Vec<T>> {
         let numbers: Array1<i64> = self.file.rows::<_, Ix1>(dataset, name, range.clone())?;
         let unknown = |row: usize, n: i64| self.file.wrong(&format!("{name}, row {}", range.start + row), what, n.to_string());
-        numbers.iter().enumerate().map(|(row, n)| of.get(n).copied().ok_or_else(|| unknown(row, *n))).collect()
+        // Most rows have the same number as the row before.
+        let mut last: Option<(i64, T)> = None;
+        let index_of = |(row, n): (usize, &i64)| match last {
+            Some((same, index)) if same == *n => Ok(index),
+            _ => {
+                let index = of.get(n).copied().ok_or_else(|| unknown(row, *n))?;
+                last = Some((*n, index));
+                Ok(index)
+            }
+        };
+        numbers.iter().enumerate().map(index_of).collect()
     }
 }
 
