@@ -28,7 +28,7 @@ pub struct DirtyArgs {
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
-    let (mut image, counts, mean) = args.of.imaged("imaging", context, |imager| {
+    let (mut image, counts, mean) = args.of.imaged_once("imaging", context, |imager| {
         args.correction.check(&imager.header().layout.pattern)?;
         let mean = zero_spacing::of(imager, false, context);
         Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts, mean))

@@ -139,7 +139,7 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
     stages.extend([
         held.read(format),
         held.weigh(),
-        held.imaged("beam", image, (true, others)),
+        held.beam(image, others),
         held.imaged("dirty image", image, (!outlook.kept, held.plane(SINGLE) + others)),
     ]);
     stages.extend(held.drawn(work, cycles, between + scales + list + held.plane(2.0 * SINGLE) + others));

@@ -79,7 +79,7 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
         held.start(),
         held.read(format),
         held.weigh(),
-        held.imaged("beam", beam, (true, results)),
+        held.beam(beam, results),
         statistics,
         Stage { summed_bytes: held.plane(4.0 * SINGLE), ..field }
             .doing([(Term::Sort, out * image.pass.nodes), (Term::Convolve, out * wide * wide.log2())])

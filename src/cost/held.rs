@@ -61,6 +61,19 @@ impl Held<'_> {
         if o.kept { o.visibilities() * value + self.rows() * UVW } else { 0.0 }
     }
 
+    /// What stays in memory of the rows of an image that is made while they are read: their places and weights.
+    pub(super) fn weights_only(self) -> f64 {
+        let o = self.outlook;
+        if o.kept { o.visibilities() * (self.value() - VALUE) + self.rows() * UVW } else { 0.0 }
+    }
+
+    /// What is in memory while the rows of such an image are read and gridded, beside what stays and the planes.
+    pub(super) fn reading_to_grid(self) -> f64 {
+        let (o, field) = (self.outlook, &self.outlook.image);
+        let ahead = if o.kept { self.rows() * COVERAGE } else { self.block_rows() * COVERAGE };
+        ahead + self.of_file() + field.pass.sorted_bytes / o.blocks.1.max(1) as f64 + self.nodes(field)
+    }
+
     /// What is in memory of a file while rows are read: chunks of which parts are gathered, or blocks.
     fn of_file(self) -> f64 {
         let o = self.outlook;

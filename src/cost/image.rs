@@ -76,7 +76,7 @@ impl Held<'_> {
     }
 
     /// Sorting: once for all passes where the order is kept.
-    fn sorting(self, field: &Field, passes: f64) -> (Term, f64) {
+    pub(super) fn sorting(self, field: &Field, passes: f64) -> (Term, f64) {
         let stays = self.outlook.kept && field.pass.sorted_bytes <= self.outlook.memory.sorted_rows() as f64;
         let times = if stays { passes.min(1.0) } else { passes };
         (Term::Sort, times * field.pass.nodes * self.outlook.channels_out as f64)
@@ -139,6 +139,15 @@ impl Held<'_> {
         Stage { read_bytes, summed_bytes, ..stage }.doing(sorting).doing(self.gridded(field, 1.0))
     }
 
+    /// A beam on a field. Rows with the same weights have the same visibilities, which are folded once.
+    pub(super) fn beam(self, field: &Field, beside: f64) -> Stage {
+        let mut stage = self.imaged("beam", field, (true, beside));
+        if self.outlook.alike && !self.outlook.weights.1 {
+            stage.work.retain(|(term, _)| !matches!(term, Term::Fill | Term::Fold));
+        }
+        stage
+    }
+
     /// Residuals of models: from the image, minus the data, and back. `beside` are the images that are held beside the passes.
     pub(super) fn residuals(self, passes: f64, beside: f64) -> Stage {
         let field = &self.outlook.image;
@@ -193,10 +202,10 @@ pub(super) fn fits(outlook: &Outlook, images: f64) -> f64 {
 #[must_use]
 pub fn dirty(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
     let held = Held { outlook, threads };
-    let beam = outlook
-        .core
-        .as_ref()
-        .map_or_else(|| held.imaged("beam", &outlook.image, (true, 0.0)), |core| held.imaged("beam", core, (true, 0.0)));
+    if outlook.one_pass {
+        return held.in_one_pass(format);
+    }
+    let beam = held.beam(outlook.core.as_ref().unwrap_or(&outlook.image), 0.0);
     let sorts = outlook.core.is_some();
     let image = held.imaged("image", &outlook.image, (sorts, (outlook.channels_out - 1) as f64 * held.plane(SINGLE)));
     let written = held.pass(&outlook.image) + held.planes_between(1.0) + held.plane(SINGLE) * outlook.channels_out as f64;
@@ -224,7 +233,7 @@ pub fn grid(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast 
 #[must_use]
 pub fn beam(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
     let held = Held { outlook, threads };
-    let image = held.imaged("beam", &outlook.image, (true, (outlook.channels_out - 1) as f64 * held.plane(SINGLE)));
+    let image = held.beam(&outlook.image, (outlook.channels_out - 1) as f64 * held.plane(SINGLE));
     let written = held.pass(&outlook.image) + held.planes_between(1.0) + held.plane(SINGLE) * outlook.channels_out as f64;
     Forecast {
         stages: vec![held.start(), held.read(format), held.weigh(), image, held.write(1.0, written)],

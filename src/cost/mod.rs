@@ -39,6 +39,7 @@ mod held;
 mod image;
 mod joint;
 mod judged;
+mod one_pass;
 mod sampled;
 mod scale;
 mod speeds;

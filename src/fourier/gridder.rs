@@ -31,7 +31,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// corrected at the end.
 #[derive(Debug)]
 pub struct Gridder<T: Real> {
-    plan: Arc<Plan<T>>,
+    pub(super) plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
     /// The sum of the groups of planes that were transformed so far, before its correction.
@@ -101,7 +101,7 @@ impl<T: Real> Gridder<T> {
     }
 
     /// Spread the nodes onto the planes.
-    fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
+    pub(super) fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
         let plan = &self.plan;
         if let Some(planes) = &self.resident {
             return grid_units(plan, (rows, nodes), (planes, 0..plan.planes()), 0..plan.tiles_v());

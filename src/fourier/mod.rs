@@ -67,7 +67,7 @@ pub use gridder::Gridder;
 pub use kernel::Kernel;
 pub(crate) use line_fft::good_size;
 pub use mirrored::MirrorConvolver;
-pub use nodes::Nodes;
+pub use nodes::{NodeParts, Nodes};
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;

@@ -4,7 +4,8 @@ use super::fixtures::{image_to_vis_exact, vis_to_image_exact};
 use super::tests::{Case, case, relative, rounded, sky};
 use super::*;
 use ndarray::Array2;
-use num_complex::Complex64;
+use num_complex::{Complex, Complex64};
+use rayon::prelude::*;
 
 /// One thread or two.
 fn on_threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
@@ -135,6 +136,49 @@ fn the_two_directions_of_a_transform_are_adjoint() {
             let scale = a.iter().map(|a| a.norm_sqr()).sum::<f64>().sqrt() * c.vis.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
             assert!((left - right).abs() <= 1e-12 * scale, "{left} {right} {w_m}");
         });
+    }
+}
+
+/// Nodes that are set in parts, in any order, and those of rows with the same visibilities, are those that rows give one by one.
+#[test]
+fn nodes_in_parts_and_of_equal_rows_give_the_same_image() {
+    for (n_rows, step) in [(1, 4), (700, 32), (700, 9), (5000, 1000)] {
+        let c = case((24, 18), 0.004, sky(), (n_rows, 12), (0.8, 40.0));
+        let transform = Transform::<f32>::new(
+            &c.grid,
+            &c.freq,
+            UvwExtent::of(c.uvw.view()),
+            &GridOptions { epsilon: 1e-5, ..GridOptions::default() },
+            6,
+        )
+        .unwrap();
+        let rows = transform.sort(c.uvw.view()).unwrap();
+        let of_row = |r: usize, out: &mut [Complex<f32>]| {
+            out.iter_mut().zip(c.vis.row(r)).for_each(|(o, v)| *o = Complex::new(v.re as f32, v.im as f32));
+        };
+        let mut one_by_one = transform.gridder();
+        one_by_one.add_sorted(&rows, of_row).unwrap();
+        let mut nodes = transform.nodes(&rows);
+        {
+            let parts = nodes.in_parts(&rows, step).unwrap();
+            let starts: Vec<usize> = (0..n_rows).step_by(step).collect();
+            starts.into_par_iter().rev().for_each(|start| {
+                // A part may come in pieces.
+                let (middle, end) = ((start + step / 2).min(n_rows), (start + step).min(n_rows));
+                parts.set(middle..end, |k, out| of_row(middle + k, out));
+                parts.set(start..middle, |k, out| of_row(start + k, out));
+            });
+        }
+        let mut in_parts = transform.gridder();
+        in_parts.add_nodes(&rows, &nodes).unwrap();
+        assert_eq!(in_parts.finish::<f32>(), one_by_one.finish::<f32>(), "{n_rows} {step}");
+        let (mut each, mut equal) = (transform.gridder(), transform.gridder());
+        each.add_sorted(&rows, |_, out| of_row(0, out)).unwrap();
+        let mut first = vec![Complex::default(); 12];
+        of_row(0, &mut first);
+        equal.add_equal(&rows, &first).unwrap();
+        assert_eq!(equal.finish::<f32>(), each.finish::<f32>(), "{n_rows} {step}");
+        assert!(transform.gridder().add_equal(&rows, &first[1..]).is_err());
     }
 }
 

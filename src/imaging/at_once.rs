@@ -19,7 +19,10 @@ impl Imager<'_> {
         let mut gridder = session.transform.gridder();
         let (cached, mut number) = (self.is_cached(), 0);
         self.for_each_weighed(observer, |block| {
-            session.grid((number, cached), block, what, |rows, values| gridder.add_sorted(rows, values))?;
+            session.grid((number, cached), block, what, |rows, weighed| match &weighed.equal {
+                Some(vis) => gridder.add_equal(rows, vis),
+                None => gridder.add_sorted(rows, weighed.values),
+            })?;
             number += 1;
             Ok(())
         })?;

@@ -83,7 +83,7 @@ impl Imager<'_> {
         for _ in 0..bands.count() {
             let mut number = 0;
             self.for_each_weighed(&one_pass, |block| {
-                session.grid((number, true), block, what, |rows, values| gridder.add_sorted(rows, values))?;
+                session.grid((number, true), block, what, |rows, weighed| gridder.add_sorted(rows, weighed.values))?;
                 number += 1;
                 Ok(())
             })?;

@@ -2,9 +2,10 @@
 //!
 //! The first pass reads the source, counts the visibilities and measures the coverage. If the reduced data fit into their share of the memory
 //! budget they are kept, and the file is read only once for the weights, the beam, the image and every major cycle. Otherwise every pass reads
-//! the file again.
+//! the file again. A single image with natural weights can be [made in the first pass](super::one_pass).
 
 use super::ahead::for_each_block_ahead;
+use super::one_pass::OnePass;
 use super::pol::{DataCounts, PolSelector};
 use super::reduction::{ReducedBlock, Reduction};
 use super::survey::Survey;
@@ -16,6 +17,7 @@ use crate::{ChainError, Result, ensure};
 use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
 use ndarray::Axis;
 use rayon::prelude::*;
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -49,14 +51,16 @@ impl std::fmt::Debug for Data<'_> {
 
 impl<'a> Data<'a> {
     /// Read the source once: count the visibilities, measure the coverage, and keep the data if they fit into the budget. With `antennas` the blocks hold
-    /// those of their rows, and the visibilities stay phased to the focus of the set.
+    /// those of their rows, and the visibilities stay phased to the focus of the set. With `one_pass` an image is made meanwhile, if it can be; the blocks then have no
+    /// visibilities.
     ///
     /// # Errors
     /// The source cannot be read, the rows have several phase centres, or no visibility can be used.
-    pub fn open(
+    pub(super) fn open(
         source: &'a mut dyn VisibilitySource,
         selector: PolSelector,
         (unit_weights, antennas, memory): (bool, bool, MemoryBudget),
+        mut one_pass: Option<&mut OnePass>,
         observer: &dyn Observer,
     ) -> Result<Self> {
         let (n_rows, spectrum) = (source.n_rows(), source.header().spectrum.clone());
@@ -70,6 +74,22 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let band_hz = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
+        let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
+        let ranges = (0..n_rows).step_by(rows_at_once).map(|start| start..(start + rows_at_once).min(n_rows));
+        let mut ahead = VecDeque::new();
+        if let Some(image) = one_pass.as_deref_mut().filter(|_| in_parts) {
+            // The transform must know how far all rows reach.
+            let mut extent = UvwExtent::default();
+            for range in ranges.clone() {
+                let coverage = source.read_coverage(range.clone())?;
+                refuse_impossible(&coverage, range.start)?;
+                extent = extent.union(UvwExtent::of(coverage.uvw_m.view()));
+                if fits {
+                    ahead.push_back(coverage);
+                }
+            }
+            image.begin(extent)?;
+        }
         // What is done with a block, whichever way it was read.
         let mut take = |survey: &mut Survey, (first_row, coverage): (usize, &UvCoverage), read: Reduce<'_>| -> Result<ReducedBlock> {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
@@ -84,12 +104,15 @@ impl<'a> Data<'a> {
                     survey.total_power.add(block, &reduction.selector, reduction.unit_weights);
                     reduction.reduce(block)?
                 }
-                Reduce::Parts(source, range) => reduction.reduce_parts((coverage, spectrum.n_chan()), (source, range))?,
+                Reduce::Parts(source, range) => match one_pass.as_deref_mut().filter(|image| image.has_begun()) {
+                    Some(image) => image.read(&reduction, (coverage, spectrum.n_chan()), (source, range))?,
+                    None => reduction.reduce_parts((coverage, spectrum.n_chan()), (source, range), None)?,
+                },
             };
             survey.counts = survey.counts.plus(counts);
             let finite = coverage.time_jd.par_iter().filter(|t| t.is_finite()).map(|t| (*t, *t));
             times = finite.reduce(|| times, |a, b| (a.0.min(b.0), a.1.max(b.1)));
-            observer.event(Event::Advance(reduced.vis.len() as u64));
+            observer.event(Event::Advance(reduced.n_values() as u64));
             Ok(reduced)
         };
         let mut note = |survey: &mut Survey, block: ReducedBlock| {
@@ -99,14 +122,14 @@ impl<'a> Data<'a> {
                 cache.push(block);
             }
         };
-        let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
         if in_parts {
             let mut last = None;
-            for start in (0..n_rows).step_by(rows_at_once) {
-                let range = start..(start + rows_at_once).min(n_rows);
+            for range in ranges {
+                let start = range.start;
                 // One thread reads the coverage of a block, while the others measure the block before.
                 let before = || last.take().into_iter().for_each(|block| note(&mut survey, block));
-                let coverage = rayon::join(|| source.read_coverage(range.clone()), before).0?;
+                let next = || ahead.pop_front().map_or_else(|| source.read_coverage(range.clone()), Ok);
+                let coverage = rayon::join(next, before).0?;
                 let Some(parts) = source.in_parts() else { break };
                 last = Some(take(&mut survey, (start, &coverage), Reduce::Parts(parts, range))?);
             }
@@ -159,7 +182,7 @@ impl<'a> Data<'a> {
             for block in blocks {
                 stop()?;
                 work(block)?;
-                observer.event(Event::Advance(block.vis.len() as u64));
+                observer.event(Event::Advance(block.n_values() as u64));
             }
             return Ok(());
         }
@@ -167,7 +190,7 @@ impl<'a> Data<'a> {
         let mut reduced = |mut reduced: ReducedBlock| -> Result<()> {
             prepare(&mut reduced);
             work(&mut reduced)?;
-            observer.event(Event::Advance(reduced.vis.len() as u64));
+            observer.event(Event::Advance(reduced.n_values() as u64));
             Ok(())
         };
         if !self.in_parts {
@@ -187,7 +210,7 @@ impl<'a> Data<'a> {
             let Some(parts) = self.source.in_parts() else {
                 return Err(ChainError::Internal("a set that is no longer read in parts".into()));
             };
-            reduced(reduction.reduce_parts((&coverage, n_chan), (parts, range))?.0)?;
+            reduced(reduction.reduce_parts((&coverage, n_chan), (parts, range), None)?.0)?;
         }
         Ok(())
     }

@@ -3,13 +3,14 @@
 use super::ImagingOptions;
 use super::data::Data;
 use super::near::Near;
+use super::one_pass::OnePass;
 use super::opened::Opened;
 use super::reduction::ReducedBlock;
-use super::session::{Gridded, ResidualWeights, Residue, Session};
+use super::session::{Gridded, LONG, ResidualWeights, Residue, Session};
 use super::split::Split;
 use super::survey::Survey;
 use super::weights::ImageWeights;
-use crate::fourier::{Real, Transform};
+use crate::fourier::{Real, Transform, in_precision};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Ranks, SkyGrid, VisibilityHeader, VisibilitySource};
@@ -19,8 +20,8 @@ use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
-pub(super) const LONG: u64 = 100_000_000;
+/// Pixels that one thread changes at once.
+const PART: usize = 1 << 16;
 /// Smallest error of transforms that is of use: visibilities are held in single precision.
 const FINEST: f64 = 1e-8;
 
@@ -44,6 +45,8 @@ pub struct Imager<'a> {
     pub(super) split: Split,
     /// The exact transform of a scene near the array, in place of the Fourier transform.
     pub(super) near: Option<Near>,
+    /// The sum of the images of all visibilities, and the scale of their weights, where it was made while the set was read.
+    made: Option<(f64, Array2<f32>)>,
 }
 
 /// The residual of the data after the subtraction of a model.
@@ -82,7 +85,26 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// An option is out of range, the set does not contain the polarisation product, no visibility can be used, or the source fails.
     pub fn new(source: &'a mut dyn VisibilitySource, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
-        let Opened { mut data, grid, channels, near } = Opened::new(source, &options, observer)?;
+        let opened = Opened::new(source, &options, None, observer)?;
+        Self::of(opened, options, observer)
+    }
+
+    /// As [`Imager::new`], for one dirty image. It is made while the source is read, if it can be, and the visibilities are not kept.
+    ///
+    /// # Errors
+    /// As [`Imager::new`].
+    pub fn of_one_image(source: &'a mut dyn VisibilitySource, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
+        options.check()?;
+        let mut image = OnePass::of(source, &options)?;
+        let opened = Opened::new(source, &options, image.as_mut(), observer)?;
+        if let Some(image) = &image {
+            ensure!(image.grid == opened.grid, ChainError::Internal("an image was made on another grid than that of its set".into()));
+        }
+        let made = image.and_then(OnePass::finish);
+        Ok(Self { made, ..Self::of(opened, options, observer)? })
+    }
+
+    fn of(Opened { mut data, grid, channels, near }: Opened<'a>, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
         let (ranks, freq_hz) = (data.ranks(), data.header().spectrum.freq_hz().to_vec());
         let all = 0..freq_hz.len();
         let own = !options.joint_weights;
@@ -147,6 +169,7 @@ impl<'a> Imager<'a> {
             told_of_groups: false,
             split: Split::Pending,
             near,
+            made: None,
         })
     }
 
@@ -155,7 +178,7 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// As [`Imager::new`].
     pub fn grid_of(source: &'a mut dyn VisibilitySource, options: &ImagingOptions, observer: &dyn Observer) -> Result<SkyGrid> {
-        Opened::new(source, options, observer).map(|opened| opened.grid)
+        Opened::new(source, options, None, observer).map(|opened| opened.grid)
     }
 
     /// The grid of the image.
@@ -213,6 +236,9 @@ impl<'a> Imager<'a> {
         self.find_backgrounds(observer)?;
         if let Some(background) = self.background_of(channel).cloned() {
             return Ok(self.residual_of(channel, background.into(), observer)?.image);
+        }
+        if let Some((scale, sum)) = self.made.take() {
+            return Ok(self.mean(channel, scale, in_precision(sum)));
         }
         self.gridded((None, channel), Gridded::Visibilities, observer)
     }
@@ -364,7 +390,11 @@ impl<'a> Imager<'a> {
     fn mean<P: Real>(&self, channel: usize, scale: f64, mut sum: Array2<P>) -> Array2<P> {
         if self.sums[channel] > 0.0 {
             let factor = scale / self.sums[channel];
-            sum.par_mapv_inplace(|v| P::of(v.to64() * factor));
+            let times = |v: &mut P| *v = P::of(v.to64() * factor);
+            match sum.as_slice_mut() {
+                Some(all) => all.par_chunks_mut(PART).for_each(|part| part.iter_mut().for_each(times)),
+                None => sum.par_iter_mut().for_each(times),
+            }
         }
         sum
     }

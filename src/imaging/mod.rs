@@ -26,6 +26,7 @@ mod near;
 mod near_passes;
 #[cfg(test)]
 mod near_tests;
+mod one_pass;
 mod opened;
 mod options;
 mod outlook;

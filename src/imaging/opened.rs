@@ -3,6 +3,7 @@
 use super::ImagingOptions;
 use super::data::Data;
 use super::near::{Near, warn_invalid};
+use super::one_pass::OnePass;
 use super::pol::PolSelector;
 use super::size::choose_grid;
 use crate::Result;
@@ -21,7 +22,13 @@ pub(super) struct Opened<'a> {
 }
 
 impl<'a> Opened<'a> {
-    pub(super) fn new(source: &'a mut dyn VisibilitySource, options: &ImagingOptions, observer: &dyn Observer) -> Result<Self> {
+    /// Read the source once. `image` is made meanwhile, if it can be.
+    pub(super) fn new(
+        source: &'a mut dyn VisibilitySource,
+        options: &ImagingOptions,
+        image: Option<&mut OnePass>,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
         options.check()?;
         let channels = share(source.header().spectrum.n_chan(), options.channels_out)?;
         let selector = PolSelector::of(options.pol, source.header())?;
@@ -29,7 +36,7 @@ impl<'a> Opened<'a> {
         let processes = source.ranks().size();
         let alone = "one process: exact images of scenes near the array are not shared out";
         need("number of processes", processes, surface.is_none() || processes == 1, alone)?;
-        let data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), observer)?;
+        let data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), image, observer)?;
         let grid = choose_grid(data.survey(), data.header(), options, observer)?;
         let near = match surface {
             Some(surface) => Some(Near::new(data.header(), (surface, options.no_w), &grid, observer)?),

@@ -6,10 +6,11 @@
 
 use super::banded::SMALL_PLANES;
 use super::data::REDUCED_BYTES;
-use super::imager::LONG;
+use super::one_pass::OnePass;
 use super::opened::share;
 use super::options::ImagingOptions;
 use super::psf::CORE_SIDES;
+use super::session::LONG;
 use super::size::choose_grid;
 use super::survey::Survey;
 use super::total_power::TotalPower;
@@ -100,6 +101,8 @@ pub struct Outlook {
     pub kept: bool,
     /// True where the first pass reads the set in small parts, so that no block of all products is in memory.
     pub in_parts: bool,
+    /// True where a dirty image is made while the set is read.
+    pub one_pass: bool,
     /// True where all rows of a block have the same weights, so that one row is held. Found from some rows.
     pub alike: bool,
     /// The budget of memory that decides this.
@@ -264,6 +267,7 @@ impl Outlook {
         let (width, height) = density_sides(&grid, options);
         let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
         let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
+        let one_pass = in_parts && image.size.groups == 1 && OnePass::of(source, options)?.is_some();
         let outlook = Self {
             channels_out: channels.len(),
             processes: 1,
@@ -271,6 +275,7 @@ impl Outlook {
             used: sample.used,
             kept,
             in_parts,
+            one_pass,
             alike: in_parts && sample.used == 1.0 && weights_are_alike(source, options.unit_weights)?,
             memory,
             blocks: (block_rows, n_rows.div_ceil(block_rows.max(1))),
@@ -304,6 +309,7 @@ impl Outlook {
         let mut own = self.clone();
         own.shape.0 = by(self.shape.0);
         own.processes = ranks.max(1);
+        own.one_pass &= ranks <= 1;
         own.memory = memory;
         own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
         own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;

@@ -147,3 +147,64 @@ fn parts_and_blocks_give_the_same_bytes() {
         }
     }
 }
+
+/// An image that is made while the set is read is that of the kept visibilities, with any memory and on any number of threads, whichever row comes first.
+#[test]
+fn an_image_in_one_pass_is_that_of_the_kept_visibilities() {
+    let large = |mut set: VisibilitySet| {
+        set.data.weights.mapv_inplace(|w| 3e30 * w);
+        set
+    };
+    for source in [set(), even_set(), large(set())] {
+        let options = |epsilon, memory| {
+            let (cell, size) = (Some(Angle(1e-3)), Some(ImageSize { columns: 96, rows: 64 }));
+            ImagingOptions { cell, size, epsilon, memory, weighting: Weighting::Natural, ..ImagingOptions::default() }
+        };
+        let mut images = Vec::new();
+        for (threads, memory) in [(1, MemoryBudget::default()), (3, MemoryBudget::default()), (3, MemoryBudget::new(16 << 20).unwrap())] {
+            let options = options(ImagingOptions::default().epsilon, memory);
+            let (mut kept, mut read) = (InParts(source.clone()), InParts(source.clone()));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            images.push(pool.install(|| {
+                let mut plain = Imager::new(&mut kept, options.clone(), &Silent).unwrap();
+                let mut once = Imager::of_one_image(&mut read, options.clone(), &Silent).unwrap();
+                assert_eq!(once.survey(), plain.survey());
+                let [of_plain, of_once] = [&mut plain, &mut once].map(|i| i.psf(0, &Silent).unwrap());
+                assert_eq!(of_once, of_plain);
+                let [of_plain, of_once] = [&mut plain, &mut once].map(|i| i.dirty(0, &Silent).unwrap());
+                let peak = of_plain.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+                let error = (&of_once - &of_plain).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+                assert!(error < 3e-6 * peak, "{error} of {peak}");
+                of_once
+            }));
+        }
+        assert_eq!(images[0], images[1]);
+        // With less memory there are more blocks, of which the sums are made in another order.
+        let error = (&images[2] - &images[0]).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        assert!(error < 3e-6 * images[0].iter().fold(0.0_f64, |a, v| a.max(v.abs())));
+    }
+}
+
+/// The visibilities of such an image are not there for a second one, and the error says so.
+#[test]
+fn what_was_not_kept_is_not_taken_for_nothing() {
+    let size = Some(ImageSize { columns: 64, rows: 64 });
+    let natural = ImagingOptions { cell: Some(Angle(1e-3)), size, weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let mut source = InParts(set());
+    let mut once = Imager::of_one_image(&mut source, natural.clone(), &Silent).unwrap();
+    once.dirty(0, &Silent).unwrap();
+    let model = ndarray::Array2::zeros((64, 64));
+    for error in [once.dirty(0, &Silent).unwrap_err(), once.residual(0, model.view(), &Silent).unwrap_err()] {
+        assert!(error.to_string().contains("not kept"), "{error}");
+    }
+    // Where the image needs more than that, the visibilities are kept.
+    let briggs = ImagingOptions { weighting: Weighting::Briggs, ..natural.clone() };
+    let cubes = ImagingOptions { channels_out: 2, ..natural.clone() };
+    let fine = ImagingOptions { epsilon: 1e-7, ..natural.clone() };
+    let chosen = ImagingOptions { size: None, ..natural };
+    for options in [briggs, cubes, fine, chosen] {
+        let mut source = InParts(set());
+        let mut imager = Imager::of_one_image(&mut source, options, &Silent).unwrap();
+        assert_eq!(imager.dirty(0, &Silent).unwrap(), imager.dirty(0, &Silent).unwrap());
+    }
+}

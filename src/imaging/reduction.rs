@@ -23,7 +23,7 @@ pub struct ReducedBlock {
     pub antennas: Vec<[u32; 2]>,
     /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
     pub uvw_m: Array2<f64>,
-    /// Visibilities \[row, chan\]; 0 if they must not count.
+    /// Visibilities \[row, chan\]; 0 if they must not count. There are none where they were gridded while they were read.
     pub vis: Array2<Complex32>,
     /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
     pub weight: RowWeights,
@@ -32,12 +32,26 @@ pub struct ReducedBlock {
 }
 
 impl ReducedBlock {
+    /// Number of values \[row, chan\], whether or not the visibilities are kept.
+    #[must_use]
+    pub fn n_values(&self) -> usize {
+        self.uvw_m.nrows() * self.vis.ncols()
+    }
+
+    /// True if the visibilities of the rows are kept.
+    pub(super) fn has_visibilities(&self) -> bool {
+        self.vis.nrows() == self.uvw_m.nrows()
+    }
+
     /// Imaging weights \[row, chan\].
     #[must_use]
     pub fn imaging(&self) -> ArrayView2<'_, f32> {
         self.imaging.as_ref().map_or_else(|| self.weight.view(), |own| own.view())
     }
 }
+
+/// Takes the visibilities and weights \[row, chan\] of those rows of a block that lie between two multiples of the step in which they are read.
+pub(super) type Take<'t> = dyn Fn(Range<usize>, &[Complex32], &[f32]) + Sync + 't;
 
 /// How rows are reduced to one polarisation product.
 #[derive(Debug)]
@@ -70,20 +84,29 @@ impl Reduction {
         Ok((self.shaped(&block.coverage, chans, (vis, weight))?, counts))
     }
 
-    /// Combine the polarisation products of rows with this coverage and `chans` channels while the source reads them.
+    /// Number of rows with `chans` channels that are read and combined together.
+    pub(super) fn step(&self, chans: usize) -> usize {
+        (PART_BYTES / (size_of::<Complex32>() * chans.max(1) * self.selector.terms().max(1))).max(1)
+    }
+
+    /// Combine the polarisation products of rows with this coverage and `chans` channels while the source reads them. The block has their visibilities,
+    /// unless they are taken.
     pub(super) fn reduce_parts(
         &self,
         (coverage, chans): (&UvCoverage, usize),
         (source, range): (&mut dyn PartSource, Range<usize>),
+        taken: Option<&Take<'_>>,
     ) -> Result<(ReducedBlock, DataCounts)> {
         let rows = coverage.n_rows();
-        let step = (PART_BYTES / (size_of::<Complex32>() * chans.max(1) * self.selector.terms().max(1))).max(1);
-        let (mut vis, mut weight) = (Vec::with_capacity(rows * chans), Vec::with_capacity(rows * chans));
+        let step = self.step(chans);
+        let kept = if taken.is_some() { 0 } else { rows * chans };
+        let (mut vis, mut weight) = (Vec::with_capacity(kept), Vec::with_capacity(rows * chans));
         let own = self.selector.by_row(coverage)?;
         let of_part = step * chans.max(1);
-        let memory = (&mut vis.spare_capacity_mut()[..rows * chans], &mut weight.spare_capacity_mut()[..rows * chans]);
-        let parts = memory.0.chunks_mut(of_part).zip(memory.1.chunks_mut(of_part));
-        let places = parts.map(|(vis, weight)| Mutex::new(Place { vis, weight: PlaceOfWeights::new(weight), cleared: false }));
+        let memory = (&mut vis.spare_capacity_mut()[..kept], &mut weight.spare_capacity_mut()[..rows * chans]);
+        let mut of_vis = memory.0.chunks_mut(of_part);
+        let place = |weight| Place { vis: of_vis.next().unwrap_or_default(), weight: PlaceOfWeights::new(weight), cleared: false };
+        let places = memory.1.chunks_mut(of_part).map(place).map(Mutex::new);
         let (mut places, common): (Vec<_>, _) = (places.collect(), Common::new());
         let counts = Mutex::new(DataCounts::default());
         let take = |part: RowPart<'_>| {
@@ -91,17 +114,27 @@ impl Reduction {
             let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
             let first = part.rows.start % step;
             let n = part.vis.len() / part.rows.len().max(1);
-            let (vis, weights) = place.get();
-            let rows = vis[first * chans..].chunks_exact_mut(chans.max(1));
+            let (memory, weights) = place.get();
+            // Values that are taken stay in the cache until then.
+            let of_taken = if taken.is_some() { part.rows.len() * chans } else { 0 };
+            let (mut own_vis, mut own_weights) = (vec![Complex32::default(); of_taken], Vec::with_capacity(of_taken));
+            let vis = if taken.is_some() { &mut own_vis[..] } else { &mut memory[first * chans..] };
             let mut sum = DataCounts::default();
             let mut row = vec![0.0; chans];
-            for ((k, r), vis) in part.rows.enumerate().zip(rows) {
+            for ((k, r), vis) in part.rows.clone().enumerate().zip(vis.chunks_exact_mut(chans.max(1))) {
                 let at = k * n..(k + 1) * n;
                 let values = RowValues { vis: &part.vis[at.clone()], weights: &part.weights[at.clone()], flags: &part.flags[at] };
                 let own = own.as_ref().map(|own| &own[r]);
                 sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (vis, &mut row)));
                 self.turn(coverage.uvw_m.row(r), vis);
                 weights.set(first + k, &row, &common);
+                if taken.is_some() {
+                    own_weights.extend_from_slice(&row);
+                }
+            }
+            drop(place);
+            if let Some(take) = taken {
+                take(part.rows, &own_vis, &own_weights);
             }
             let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
             *counts = counts.plus(sum);
@@ -121,7 +154,7 @@ impl Reduction {
         }
         drop(places);
         // SAFETY: the places are all of the memory, and each was cleared.
-        unsafe { vis.set_len(rows * chans) };
+        unsafe { vis.set_len(kept) };
         let weight = match common.into_inner() {
             Some(row) if !differ => RowWeights::Same(Array1::from_vec(row), rows),
             _ => {
@@ -135,11 +168,8 @@ impl Reduction {
 
     /// Rows as a block.
     fn shaped(&self, coverage: &UvCoverage, chans: usize, (vis, weight): (Vec<Complex32>, RowWeights)) -> Result<ReducedBlock> {
-        let place = |uvw: ArrayView1<'_, f64>| if uvw.iter().all(|x| x.is_finite()) { [uvw[0], uvw[1], uvw[2]] } else { [0.0; 3] };
-        let places: Vec<[f64; 3]> = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().map(place).collect();
-        let uvw_m = Array2::from_shape_vec((places.len(), 3), places.into_flattened()).map_err(wrong)?;
-        let shape = (uvw_m.nrows(), chans);
-        let vis = Array2::from_shape_vec(shape, vis).map_err(wrong)?;
+        let uvw_m = finite_uvw(coverage)?;
+        let vis = Array2::from_shape_vec((vis.len() / chans.max(1), chans), vis).map_err(wrong)?;
         let pair = |(a, b): (&u32, &u32)| [*a, *b];
         let antennas = if self.antennas { coverage.ant1.iter().zip(&coverage.ant2).map(pair).collect() } else { Vec::new() };
         Ok(ReducedBlock { antennas, uvw_m, vis, weight, imaging: None })
@@ -154,6 +184,13 @@ impl Reduction {
             *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
         }
     }
+}
+
+/// The uvw of rows, m \[row, 3\]. One that is not finite is replaced by 0.
+pub(super) fn finite_uvw(coverage: &UvCoverage) -> Result<Array2<f64>> {
+    let place = |uvw: ArrayView1<'_, f64>| if uvw.iter().all(|x| x.is_finite()) { [uvw[0], uvw[1], uvw[2]] } else { [0.0; 3] };
+    let places: Vec<[f64; 3]> = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().map(place).collect();
+    Array2::from_shape_vec((places.len(), 3), places.into_flattened()).map_err(wrong)
 }
 
 fn wrong(e: ndarray::ShapeError) -> ChainError {

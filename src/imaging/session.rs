@@ -5,11 +5,14 @@
 use super::reduction::ReducedBlock;
 use crate::fourier::{GridOptions, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Ranks, SkyGrid};
 use ndarray::{ArrayView2, Axis};
-use num_complex::Complex;
+use num_complex::{Complex, Complex32};
 use std::ops::{AddAssign, Range};
+
+/// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
+pub(super) const LONG: u64 = 100_000_000;
 
 /// The transform of one output channel.
 #[derive(Debug)]
@@ -50,6 +53,14 @@ pub(super) struct Residue {
 
 /// Writes the weighted visibilities of a row into a slice \[chan\].
 pub(super) type Values<'v, T> = dyn Fn(usize, &mut [Complex<T>]) + Sync + 'v;
+
+/// What is gridded of the sorted rows of a block.
+pub(super) struct Weighed<'v, T> {
+    /// The weighted visibilities of each row.
+    pub(super) values: &'v Values<'v, T>,
+    /// The same of every row \[chan\], where the rows are known not to differ.
+    pub(super) equal: Option<Vec<Complex<T>>>,
+}
 
 /// Replaces the predicted visibilities of a row \[chan\] by weighted residuals, and says what they leave of chi squared.
 pub(super) type Subtract<'v, T> = dyn Fn(usize, &mut [Complex<T>]) -> Residue + Sync + 'v;
@@ -109,28 +120,40 @@ impl<T: Real> Session<T> {
         self.rows.get(number).ok_or_else(|| ChainError::Internal(format!("the rows of block {number} were not kept")))
     }
 
-    /// Grid a block with its imaging weights: `add` is given its sorted rows, and the weighted visibilities of each.
+    /// The visibilities of a block, in the channels of this transform.
+    fn visibilities<'b>(&self, block: &'b ReducedBlock) -> Result<Rows<'b, Complex32>> {
+        ensure!(block.has_visibilities(), ChainError::Internal("visibilities that were gridded while they were read are not kept".into()));
+        Rows::of(block.vis.view(), &self.channels)
+    }
+
+    /// Grid a block with its imaging weights: `add` is given its sorted rows, and their weighted visibilities.
     pub(super) fn grid(
         &mut self,
         (number, keep): (usize, bool),
         block: &ReducedBlock,
         what: Gridded,
-        add: impl FnOnce(&SortedRows, &Values<'_, T>) -> Result<()>,
+        add: impl FnOnce(&SortedRows, &Weighed<'_, T>) -> Result<()>,
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
+        let rows = new.as_ref().map_or_else(|| self.kept(number), Ok)?;
         let inverse = self.scale.recip();
-        let (vis, imaging) = (Rows::of(block.vis.view(), &self.channels)?, Rows::of(block.imaging(), &self.channels)?);
+        let imaging = Rows::of(block.imaging(), &self.channels)?;
+        let weight = |w: f32| if w > 0.0 { T::of(f64::from(w) * inverse) } else { T::default() };
+        if what == Gridded::Beam {
+            let values = |r: usize, out: &mut [Complex<T>]| {
+                out.iter_mut().zip(imaging.row(r)).for_each(|(out, w)| *out = Complex::new(weight(*w), T::default()));
+            };
+            let equal = || imaging.row(0).iter().map(|w| Complex::new(weight(*w), T::default())).collect();
+            return add(rows, &Weighed { values: &values, equal: imaging.are_equal().then(equal) });
+        }
+        let vis = self.visibilities(block)?;
         let values = |r: usize, out: &mut [Complex<T>]| {
             for ((out, v), w) in out.iter_mut().zip(vis.row(r)).zip(imaging.row(r)) {
-                let weight = if *w > 0.0 { T::of(f64::from(*w) * inverse) } else { T::default() };
-                *out = match what {
-                    Gridded::Visibilities if *w > 0.0 => Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im))).scale(weight),
-                    Gridded::Visibilities => Complex::default(),
-                    Gridded::Beam => Complex::new(weight, T::default()),
-                };
+                let whole = Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im)));
+                *out = if *w > 0.0 { whole.scale(weight(*w)) } else { Complex::default() };
             }
         };
-        add(new.as_ref().map_or_else(|| self.kept(number), Ok)?, &values)
+        add(rows, &Weighed { values: &values, equal: None })
     }
 
     /// Give `work` the sorted rows of a block.
@@ -156,11 +179,8 @@ impl<T: Real> Session<T> {
         let new = self.sorted((number, keep), block)?;
         let inverse = scale.recip();
         let gridded = if weights == ResidualWeights::Imaging { block.imaging() } else { block.weight.view() };
-        let (vis, weight, gridded) = (
-            Rows::of(block.vis.view(), &self.channels)?,
-            Rows::of(block.weight.view(), &self.channels)?,
-            Rows::of(gridded, &self.channels)?,
-        );
+        let (vis, weight, gridded) =
+            (self.visibilities(block)?, Rows::of(block.weight.view(), &self.channels)?, Rows::of(gridded, &self.channels)?);
         let subtract = |r: usize, out: &mut [Complex<T>]| {
             let mut left = Residue::default();
             for (((out, v), weight), gridded) in out.iter_mut().zip(vis.row(r)).zip(weight.row(r)).zip(gridded.row(r)) {
@@ -194,6 +214,11 @@ impl<'a, V> Rows<'a, V> {
             Some(values) if channels.end <= n_chan => Ok(Self { values, step, channels: channels.clone() }),
             _ => Err(ChainError::Internal(format!("a block of {n_chan} channels has no channels {channels:?}, or is not in row order"))),
         }
+    }
+
+    /// True where the rows lie at one place.
+    fn are_equal(&self) -> bool {
+        self.step == 0
     }
 
     fn row(&self, row: usize) -> &'a [V] {

@@ -104,6 +104,11 @@ impl ImageWeights {
         !self.cells.is_empty()
     }
 
+    /// True if the imaging weights by these options are the weights of the data.
+    pub(super) fn will_be_those_of_the_data(options: &ImagingOptions) -> bool {
+        options.weighting == Weighting::Natural && options.taper.is_none() && options.inner_taper.is_none()
+    }
+
     /// True if the imaging weights are the weights of the data.
     #[must_use]
     pub fn are_those_of_the_data(&self) -> bool {

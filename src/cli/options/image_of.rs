@@ -6,6 +6,7 @@ use crate::cli::failure::{Context as _, Result};
 use crate::cli::forecast::{Planner, Told, facts, format_of, say_waves, waves_of_image};
 use crate::cost::{Forecast, InputFormat, WavePasses};
 use crate::imaging::{Imager, ImagingOptions, Outlook};
+use crate::progress::Observer;
 use cittert_arrays::{Image, VisibilitySource};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -30,13 +31,30 @@ impl ImageOfArgs {
     /// # Errors
     /// The file or an option is wrong, and the errors of `work`.
     pub fn imaged<R>(&self, doing: &str, context: &Context, work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>) -> Result<R> {
+        self.imaged_by(|source, options, observer| Imager::new(source, options, observer), (doing, context), work)
+    }
+
+    /// [`ImageOfArgs::imaged`] where `work` makes one dirty image. It may be made while the set is read.
+    ///
+    /// # Errors
+    /// As [`ImageOfArgs::imaged`].
+    pub fn imaged_once<R>(&self, doing: &str, context: &Context, work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>) -> Result<R> {
+        self.imaged_by(|source, options, observer| Imager::of_one_image(source, options, observer), (doing, context), work)
+    }
+
+    fn imaged_by<R>(
+        &self,
+        make: impl for<'a> FnOnce(&'a mut dyn VisibilitySource, ImagingOptions, &dyn Observer) -> crate::Result<Imager<'a>>,
+        (doing, context): (&str, &Context),
+        work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>,
+    ) -> Result<R> {
         let input = self.input.files()?;
         let map = self.imaging.range.as_ref().and_then(range_file);
         self.out.claim([&self.out.output], input.all().iter().map(PathBuf::as_path).chain(map))?;
         let imaging = with_range(&self.imaging)?;
         let mut source = input.open_chosen(&self.column, context)?;
         let what = format!("{doing} {input}");
-        let mut imager = Imager::new(source.as_mut(), imaging, &context.console).context(&what)?;
+        let mut imager = make(source.as_mut(), imaging, &context.console).context(&what)?;
         work(&mut imager).context(&what)
     }
 
