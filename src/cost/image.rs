@@ -57,6 +57,20 @@ impl Held<'_> {
         (Term::Again, if self.outlook.kept { 0.0 } else { self.values() })
     }
 
+    /// What a later pass over the weights reads again: of rows with the same weights only their places.
+    fn weights_again(self) -> (Term, f64) {
+        (Term::Again, if self.outlook.alike { 0.0 } else { self.again().1 })
+    }
+
+    /// Bytes of the files that such a pass reads.
+    fn file_again(self) -> f64 {
+        match (self.outlook.kept, self.outlook.alike) {
+            (true, _) => 0.0,
+            (false, true) => self.rows() * STORED_ROW,
+            (false, false) => self.file(),
+        }
+    }
+
     /// The density, the factor of each of its cells, and the weights.
     pub(super) fn weigh(self) -> Stage {
         let (n, (_, _, part)) = (self.outlook.visibilities(), self.outlook.density);
@@ -65,9 +79,8 @@ impl Held<'_> {
         let passes = density + if self.outlook.weights.1 { 1.0 } else { 0.0 };
         let bytes = (self.data(false) + 2.0 * self.density()).max(self.data(true) + self.density());
         let stage = Stage::new("weights", bytes + if self.outlook.kept { 0.0 } else { self.streaming() - self.density() });
-        let again = self.again();
-        let read_bytes = if self.outlook.kept { 0.0 } else { passes * self.file() };
-        Stage { read_bytes, summed_bytes: self.density(), ..stage }.doing([
+        let again = self.weights_again();
+        Stage { read_bytes: passes * self.file_again(), summed_bytes: self.density(), ..stage }.doing([
             (Term::Density, density * n),
             (Term::Cell, density * cells),
             (Term::Weigh, if self.outlook.weights.1 { n } else { 0.0 }),
@@ -141,10 +154,13 @@ impl Held<'_> {
 
     /// A beam on a field. Rows with the same weights have the same visibilities, which are folded once.
     pub(super) fn beam(self, field: &Field, beside: f64) -> Stage {
-        let mut stage = self.imaged("beam", field, (true, beside));
-        if self.outlook.alike && !self.outlook.weights.1 {
-            stage.work.retain(|(term, _)| !matches!(term, Term::Fill | Term::Fold));
-        }
+        let equal = self.outlook.alike && !self.outlook.weights.1;
+        let mut stage = Stage { read_bytes: self.file_again(), ..self.imaged("beam", field, (true, beside)) };
+        stage.work.retain(|(term, _)| match term {
+            Term::Fill | Term::Fold => !equal,
+            Term::Again => !self.outlook.alike,
+            _ => true,
+        });
         stage
     }
 

@@ -2,6 +2,7 @@
 
 use super::imager::Imager;
 use super::over_ranks::finished;
+use super::reduction::ReducedBlock;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use crate::Result;
 use crate::fourier::Real;
@@ -18,14 +19,18 @@ impl Imager<'_> {
     ) -> Result<Array2<P>> {
         let mut gridder = session.transform.gridder();
         let (cached, mut number) = (self.is_cached(), 0);
-        self.for_each_weighed(observer, |block| {
+        let add = |block: &ReducedBlock| {
             session.grid((number, cached), block, what, |rows, weighed| match &weighed.equal {
                 Some(vis) => gridder.add_equal(rows, vis),
                 None => gridder.add_sorted(rows, weighed.values),
             })?;
             number += 1;
             Ok(())
-        })?;
+        };
+        match what {
+            Gridded::Beam => self.for_each_weight(observer, add)?,
+            Gridded::Visibilities => self.for_each_weighed(observer, add)?,
+        }
         Ok(finished(&*self.ranks(), gridder))
     }
 

@@ -15,7 +15,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
-use ndarray::Axis;
+use ndarray::{Array1, Axis};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -41,6 +41,8 @@ pub struct Data<'a> {
     survey: Survey,
     /// Whether rows are combined while they are read.
     in_parts: bool,
+    /// The weights of every row, where all rows are known to have the same.
+    common: Option<Array1<f32>>,
 }
 
 impl std::fmt::Debug for Data<'_> {
@@ -115,7 +117,11 @@ impl<'a> Data<'a> {
             observer.event(Event::Advance(reduced.n_values() as u64));
             Ok(reduced)
         };
+        // The weights of the rows so far; none where they differ.
+        let mut common: Option<Option<Array1<f32>>> = None;
         let mut note = |survey: &mut Survey, block: ReducedBlock| {
+            let same = block.weight.of_every_row().filter(|row| common.as_ref().is_none_or(|c| c.as_ref() == Some(*row)));
+            common = Some(same.cloned());
             survey.extent = survey.extent.union(UvwExtent::of(block.uvw_m.view()));
             survey.measure(&block, band_hz);
             if fits {
@@ -151,7 +157,7 @@ impl<'a> Data<'a> {
         report(&survey, reduction.selector.target.name(), observer)?;
         let center = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
-        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey, in_parts })
+        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey, in_parts, common: common.flatten() })
     }
 
     /// The results of the first pass.
@@ -211,6 +217,31 @@ impl<'a> Data<'a> {
                 return Err(ChainError::Internal("a set that is no longer read in parts".into()));
             };
             reduced(reduction.reduce_parts((&coverage, n_chan), (parts, range), None)?.0)?;
+        }
+        Ok(())
+    }
+
+    /// [`Data::for_each`] without a look at the visibilities, which the blocks need not have. Where a large set has the same weights in all rows, only the
+    /// places of the rows are read again.
+    ///
+    /// # Errors
+    /// As [`Data::for_each`].
+    pub fn for_each_weight(
+        &mut self,
+        observer: &dyn Observer,
+        prepare: impl Fn(&mut ReducedBlock) + Sync,
+        mut work: impl FnMut(&mut ReducedBlock) -> Result<()> + Send,
+    ) -> Result<()> {
+        let Some(common) = self.common.as_ref().filter(|_| self.cache.is_none()) else { return self.for_each(observer, prepare, work) };
+        let n_rows = self.source.n_rows();
+        let step = rows_of_block(self.source.header(), self.memory.imaging_block(false));
+        for start in (0..n_rows).step_by(step) {
+            ensure!(!observer.cancelled(), ChainError::Cancelled);
+            let coverage = self.source.read_coverage(start..(start + step).min(n_rows))?;
+            let mut block = self.reduction.weights_only(&coverage, common)?;
+            prepare(&mut block);
+            work(&mut block)?;
+            observer.event(Event::Advance(block.n_values() as u64));
         }
         Ok(())
     }

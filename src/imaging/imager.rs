@@ -72,7 +72,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
     if weights.iter().all(ImageWeights::are_those_of_the_data) {
         return;
     }
-    let mut imaging = block.imaging.take().unwrap_or_else(|| Zip::from(&block.vis).par_map_collect(|_| 0.0));
+    let mut imaging = block.imaging.take().unwrap_or_else(|| Zip::from(block.weight.view()).par_map_collect(|_| 0.0));
     for (range, w) in channels.iter().zip(weights) {
         w.apply(block, (range, freq_hz), &mut imaging);
     }
@@ -113,7 +113,7 @@ impl<'a> Imager<'a> {
         if weights.iter().any(ImageWeights::needs_density) {
             observer.event(Event::Phase { name: "weights", total: Some(data.survey().counts.total), unit: "vis" });
             let shared = if own { weights.len() } else { 1 };
-            data.for_each(
+            data.for_each_weight(
                 observer,
                 |_| (),
                 |block| {
@@ -138,7 +138,7 @@ impl<'a> Imager<'a> {
             let channel_weight = &data.survey().channel_weight;
             channels.iter().zip(&mut sums).for_each(|(range, sum)| *sum = channel_weight[range.clone()].iter().sum());
         } else {
-            data.for_each(
+            data.for_each_weight(
                 observer,
                 |_| (),
                 |block| {
@@ -304,6 +304,16 @@ impl<'a> Imager<'a> {
     ) -> Result<()> {
         let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
+    }
+
+    /// [`Imager::for_each_weighed`] without a look at the visibilities, which the blocks need not have.
+    pub(super) fn for_each_weight(
+        &mut self,
+        observer: &dyn Observer,
+        mut work: impl FnMut(&ReducedBlock) -> Result<()> + Send,
+    ) -> Result<()> {
+        let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
+        self.data.for_each_weight(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
     }
 
     /// The kept session of an output channel on the grid of the image, or a new one.

@@ -49,10 +49,13 @@ impl PartSource for InParts {
     }
 }
 
+/// Channels of the set: so many that an eighth of the smallest budget does not hold it.
+const CHANNELS: u32 = 200;
+
 /// Two hands, with every reason not to use a visibility.
 fn set() -> VisibilitySet {
     let pols = [Polarization::RR, Polarization::LL];
-    let freq: Vec<f64> = (0..40).map(|c| 94e9 + 1e7 * f64::from(c)).collect();
+    let freq: Vec<f64> = (0..CHANNELS).map(|c| 94e9 + 2e6 * f64::from(c)).collect();
     let sources = [(0.012, 0.005, 1.0), (-0.004, 0.009, 0.4)];
     let mut set = snapshot(&positions(40, 0.5, 0.01, 3), &freq, &pols, &sources, (0.05, VisUnit::Jy));
     let data = &mut set.data;
@@ -136,12 +139,17 @@ fn parts_and_blocks_give_the_same_bytes() {
             };
             // The second budget keeps no data, and reads several blocks.
             for memory in [MemoryBudget::default(), MemoryBudget::new(16 << 20).unwrap()] {
-                let (survey, image) = run(&mut set(), 1, memory);
-                assert!(survey.counts.used > 0 && survey.counts.not_finite > 0 && survey.counts.autocorrelations == 40);
-                for threads in [1, 3] {
-                    let (found, same) = run(&mut InParts(set()), threads, memory);
-                    assert_eq!(found, survey);
-                    assert_eq!(same, image, "{weighting:?} {pol:?} {threads}");
+                for (mut source, even) in [(set(), false), (even_set(), true)] {
+                    let (survey, image) = run(&mut source, 1, memory);
+                    assert!(
+                        survey.counts.used > 0
+                            && (even || survey.counts.not_finite > 0 && survey.counts.autocorrelations == u64::from(CHANNELS))
+                    );
+                    for threads in [1, 3] {
+                        let (found, same) = run(&mut InParts(source.clone()), threads, memory);
+                        assert_eq!(found, survey);
+                        assert_eq!(same, image, "{weighting:?} {pol:?} {threads} {even}");
+                    }
                 }
             }
         }
@@ -206,5 +214,56 @@ fn what_was_not_kept_is_not_taken_for_nothing() {
         let mut source = InParts(set());
         let mut imager = Imager::of_one_image(&mut source, options, &Silent).unwrap();
         assert_eq!(imager.dirty(0, &Silent).unwrap(), imager.dirty(0, &Silent).unwrap());
+    }
+}
+
+/// A set in parts, and the number of rows that were read of it.
+struct Counted(InParts, usize);
+
+impl VisibilitySource for Counted {
+    fn header(&self) -> &VisibilityHeader {
+        self.0.header()
+    }
+
+    fn n_rows(&self) -> usize {
+        self.0.n_rows()
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.0.read_rows(range)
+    }
+
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        Some(self)
+    }
+}
+
+impl PartSource for Counted {
+    fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()> {
+        self.1 += range.len();
+        self.0.read_parts(range, step, take)
+    }
+}
+
+/// Of a set that does not stay in memory, the visibilities are read once for the weights and once for an image, or once for both. Passes for the
+/// density, the sum of the weights and the beam read places only, and give what the visibilities beside them would give.
+#[test]
+fn weights_that_all_rows_share_are_not_read_again() {
+    let size = Some(ImageSize { columns: 64, rows: 64 });
+    for (weighting, once, passes) in [(Weighting::Briggs, false, 2), (Weighting::Natural, false, 2), (Weighting::Natural, true, 1)] {
+        let memory = MemoryBudget::new(16 << 20).unwrap();
+        let options = ImagingOptions { cell: Some(Angle(1e-3)), size, weighting, memory, ..ImagingOptions::default() };
+        let (mut all, mut counted) = (even_set(), Counted(InParts(even_set()), 0));
+        let make = if once { Imager::of_one_image } else { Imager::new };
+        let n_rows = all.n_rows();
+        let mut plain = Imager::new(&mut all, options.clone(), &Silent).unwrap();
+        let mut imager = make(&mut counted, options.clone(), &Silent).unwrap();
+        let [beam, same] = [&mut plain, &mut imager].map(|i| i.psf(0, &Silent).unwrap());
+        assert!((&beam - &same).iter().all(|d| d.abs() < 1e-6), "{weighting:?}");
+        let [image, same] = [&mut plain, &mut imager].map(|i| i.dirty(0, &Silent).unwrap());
+        let peak = image.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        assert!((&image - &same).iter().all(|d| d.abs() < 3e-6 * peak), "{weighting:?}");
+        drop(imager);
+        assert_eq!(counted.1, passes * n_rows, "{weighting:?}");
     }
 }

@@ -23,7 +23,8 @@ pub struct ReducedBlock {
     pub antennas: Vec<[u32; 2]>,
     /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
     pub uvw_m: Array2<f64>,
-    /// Visibilities \[row, chan\]; 0 if they must not count. There are none where they were gridded while they were read.
+    /// Visibilities \[row, chan\]; 0 if they must not count. There are none in blocks of which only the weights are kept or
+    /// read.
     pub vis: Array2<Complex32>,
     /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
     pub weight: RowWeights,
@@ -164,6 +165,11 @@ impl Reduction {
             }
         };
         Ok((self.shaped(coverage, chans, (vis, weight))?, counts))
+    }
+
+    /// Rows with this coverage and the same weights \[chan\], without their visibilities.
+    pub(super) fn weights_only(&self, coverage: &UvCoverage, row: &Array1<f32>) -> Result<ReducedBlock> {
+        self.shaped(coverage, row.len(), (Vec::new(), RowWeights::Same(row.clone(), coverage.n_rows())))
     }
 
     /// Rows as a block.

@@ -23,6 +23,14 @@ impl RowWeights {
             Self::Each(all) => all.view(),
         }
     }
+
+    /// The weights of every row \[chan\], where one row is held.
+    pub(super) fn of_every_row(&self) -> Option<&Array1<f32>> {
+        match self {
+            Self::Same(row, _) => Some(row),
+            Self::Each(_) => None,
+        }
+    }
 }
 
 impl From<Array2<f32>> for RowWeights {

@@ -122,7 +122,7 @@ impl<T: Real> Session<T> {
 
     /// The visibilities of a block, in the channels of this transform.
     fn visibilities<'b>(&self, block: &'b ReducedBlock) -> Result<Rows<'b, Complex32>> {
-        ensure!(block.has_visibilities(), ChainError::Internal("visibilities that were gridded while they were read are not kept".into()));
+        ensure!(block.has_visibilities(), ChainError::Internal("visibilities are asked for that were not kept".into()));
         Rows::of(block.vis.view(), &self.channels)
     }
 
