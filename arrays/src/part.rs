@@ -71,4 +71,8 @@ impl PartSource for Part {
             None => Err(crate::ArrayError::Stream("a source that no longer reads in parts".into())),
         }
     }
+
+    fn held_bytes(&mut self) -> usize {
+        self.inner.in_parts().map_or(0, |inner| inner.held_bytes())
+    }
 }

@@ -69,6 +69,11 @@ pub trait PartSource {
     /// # Errors
     /// A range past the last row, or an error in the file.
     fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()>;
+
+    /// About the bytes of the file that are in memory at once while many rows are read.
+    fn held_bytes(&mut self) -> usize {
+        0
+    }
 }
 
 /// An output of visibilities. Blocks are appended in order.

@@ -11,6 +11,10 @@ use std::sync::{Mutex, PoisonError};
 
 type Result<T> = std::result::Result<T, ArrayError>;
 
+/// Bytes of two groups of the chunks that this program writes, and of an unpacked value: visibility, weight and flag.
+const CHUNKS: usize = 8_000_000;
+const UNPACKED: usize = 13;
+
 /// A set whose baselines are known. Its visibilities are not: they read as 0 with the weight 1.
 #[derive(Debug, Clone)]
 pub(super) struct SetAhead {
@@ -53,6 +57,11 @@ impl PartSource for SetAhead {
             }
         }
         Ok(())
+    }
+
+    fn held_bytes(&mut self) -> usize {
+        let (rows, channels, products) = self.header.shape(self.n_rows());
+        CHUNKS.min(UNPACKED * rows * channels * products)
     }
 }
 

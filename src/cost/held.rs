@@ -15,9 +15,6 @@ const UVW: f64 = 24.0;
 pub(super) const COVERAGE: f64 = 50.0;
 /// A value of a block of all products: visibility, weight, number of samples and flag.
 const RAW: f64 = 17.0;
-/// Chunks of a file that are unpacked while small parts of rows are gathered, and a value in them: visibility, weight and flag.
-const CHUNKS: f64 = 8e6;
-const UNPACKED: f64 = 13.0;
 /// A row that is sorted, without its runs.
 const SORTED_ROW: f64 = 48.0;
 /// The runs of a row while they are sorted, over those that are sorted: the keys of the runs, and their places on the grid once more.
@@ -71,14 +68,16 @@ impl Held<'_> {
     pub(super) fn reading_to_grid(self) -> f64 {
         let (o, field) = (self.outlook, &self.outlook.image);
         let ahead = if o.kept { self.rows() * COVERAGE } else { self.block_rows() * COVERAGE };
-        ahead + self.of_file() + field.pass.sorted_bytes / o.blocks.1.max(1) as f64 + self.nodes(field)
+        let nodes = field.pass.nodes * 2.0 * field.real_bytes as f64;
+        // The planes have taken the place of what the first block was sorted in, so that the next one takes new memory.
+        let of_block = field.pass.sorted_bytes + SORTING * self.runs(field) + nodes;
+        ahead + self.of_file() + of_block * self.block_rows() / self.rows().max(1.0)
     }
 
     /// What is in memory of a file while rows are read: chunks of which parts are gathered, or blocks.
     fn of_file(self) -> f64 {
         let o = self.outlook;
-        let values = o.visibilities() * o.shape.2 as f64;
-        if o.in_parts { CHUNKS.min(UNPACKED * values) + self.block_rows() * COVERAGE } else { self.raw() }
+        if o.in_parts { o.part_bytes + self.block_rows() * COVERAGE } else { self.raw() }
     }
 
     /// What reading holds beside the rows that stay.
@@ -137,10 +136,14 @@ impl Held<'_> {
         self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field)
     }
 
+    /// Bytes of the runs of all rows.
+    fn runs(self, field: &Field) -> f64 {
+        (field.pass.sorted_bytes - SORTED_ROW * self.rows()).max(0.0)
+    }
+
     /// What sorting a block holds beyond its sorted rows. Planes have no memory yet.
     pub(super) fn sorting_bytes(self, field: &Field) -> f64 {
-        let runs = (field.pass.sorted_bytes - SORTED_ROW * self.rows()).max(0.0);
-        SORTING * runs / self.outlook.blocks.1.max(1) as f64
+        SORTING * self.runs(field) / self.outlook.blocks.1.max(1) as f64
     }
 
     /// Bytes of the sets of planes that stay in memory between passes, at most two.

@@ -101,6 +101,8 @@ pub struct Outlook {
     pub kept: bool,
     /// True where the first pass reads the set in small parts, so that no block of all products is in memory.
     pub in_parts: bool,
+    /// Bytes of the file that are then in memory at once.
+    pub part_bytes: f64,
     /// True where a dirty image is made while the set is read.
     pub one_pass: bool,
     /// True where all rows of a block have the same weights, so that one row is held. Found from some rows.
@@ -267,6 +269,7 @@ impl Outlook {
         let (width, height) = density_sides(&grid, options);
         let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
         let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
+        let part_bytes = source.in_parts().map_or(0, |parts| parts.held_bytes()) as f64;
         let one_pass = in_parts && image.size.groups == 1 && OnePass::of(source, options)?.is_some();
         let outlook = Self {
             channels_out: channels.len(),
@@ -275,6 +278,7 @@ impl Outlook {
             used: sample.used,
             kept,
             in_parts,
+            part_bytes,
             one_pass,
             alike: in_parts && sample.used == 1.0 && weights_are_alike(source, options.unit_weights)?,
             memory,

@@ -15,8 +15,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Size of the chunks of a dataset that lie side by side, bytes. Datasets with more are read in blocks of rows.
 const MOST_ABREAST: usize = 1 << 25;
-/// Size of the values in the file that are unpacked together, bytes.
-const WINDOW: usize = 1 << 23;
+/// Size of the values in the file that are unpacked together, bytes. Chunks of most files are higher, and two of those that follow each other are then
+/// in memory.
+const WINDOW: usize = 1 << 21;
 
 /// The datasets of visibilities, weights and flags, with the same shape.
 pub(crate) type Three<'a> = [&'a Dataset; 3];
@@ -98,6 +99,26 @@ struct Buffers {
 /// True if these datasets can be read in parts.
 pub(super) fn can(datasets: Three<'_>) -> bool {
     Column::three(datasets, None).is_ok_and(|c| c.is_some())
+}
+
+/// Number of rows that are unpacked together.
+fn window_rows(columns: &[Column<'_>; 3]) -> usize {
+    let stored_row: usize = columns.iter().map(|c| c.stored_row).sum();
+    (WINDOW / stored_row.max(1)).max(1)
+}
+
+/// Bytes of the chunks that are in memory at once while many rows are read; 0 if these datasets cannot be read in parts.
+pub(super) fn held(datasets: Three<'_>) -> usize {
+    let Ok(Some(columns)) = Column::three(datasets, None) else { return 0 };
+    let window = window_rows(&columns);
+    // Another thread unpacks what comes next.
+    let next = usize::from(rayon::current_num_threads() > 1);
+    let of = |column: &Column<'_>| {
+        let high = column.chunks.chunk[0];
+        let groups = (window.div_ceil(high) + 1 + next).min(column.chunks.shape[0].div_ceil(high));
+        groups * high * column.stored_row
+    };
+    columns.iter().map(of).sum()
 }
 
 /// The chunks that begin at one row of a dataset.
@@ -189,8 +210,7 @@ struct Reading<'a, 'r> {
 
 impl<'a, 'r> Reading<'a, 'r> {
     fn new(columns: &'r [Column<'a>; 3], range: Range<usize>, step: usize) -> Self {
-        let stored_row: usize = columns.iter().map(|c| c.stored_row).sum();
-        let size = (WINDOW / stored_row.max(1) / step).max(1) * step;
+        let size = (window_rows(columns) / step).max(1) * step;
         let windows: Vec<Range<usize>> = range.clone().step_by(size).map(|s| s..(s + size).min(range.end)).collect();
         let groups: [Groups<'_>; 3] = std::array::from_fn(|k| Groups::new(&columns[k], &range, &windows));
         let mut steps = Vec::new();

@@ -292,6 +292,11 @@ impl H5In {
         parts::can(datasets)
     }
 
+    /// Bytes of chunks that are in memory at once while these datasets are read in parts.
+    pub(crate) fn held_of_parts(&self, datasets: parts::Three<'_>) -> usize {
+        parts::held(datasets)
+    }
+
     /// Read rows of these datasets and give them to `take` in parts of `step` rows, in any order and on any thread.
     pub(crate) fn parts(
         &self,

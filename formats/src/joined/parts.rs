@@ -16,6 +16,11 @@ impl PartSource for JoinedSource {
         }
         Ok(())
     }
+
+    fn held_bytes(&mut self) -> usize {
+        // Files of one set mostly have chunks of one shape.
+        self.file(0).ok().and_then(|file| file.in_parts()).map_or(0, |first| first.held_bytes())
+    }
 }
 
 /// Hand over the rows of a part of a file at their places in the set. `pieces` are those of the file, in the order of its rows.

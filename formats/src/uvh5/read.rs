@@ -238,4 +238,8 @@ impl PartSource for Uvh5Reader {
         let names = [self.data.name, if self.data.weights.is_some() { "Data/weights" } else { "Data/nsamples" }, "Data/flags"];
         Ok(self.file.parts((self.data.three(), names), (range, step), take)?)
     }
+
+    fn held_bytes(&mut self) -> usize {
+        self.file.held_of_parts(self.data.three())
+    }
 }
