@@ -33,6 +33,12 @@ const CHANNELS: usize = 16;
 const VALUES: usize = 1 << 22;
 
 impl Scale {
+    /// How far the times of two machines differ: the sum of the squared logarithms of their ratios.
+    pub(super) fn distance(&self, other: &Self) -> f64 {
+        let pairs = [(self.grid_s, other.grid_s), (self.fourier_s, other.fourier_s), (self.stream_s, other.stream_s)];
+        pairs.iter().map(|(a, b)| (a / b).ln().powi(2)).sum()
+    }
+
     /// Run the tests, on one thread.
     ///
     /// # Errors

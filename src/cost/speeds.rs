@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 /// The machines whose speeds come with the program: `make bench-book` writes the file of the machine that runs it. The first is the one that the tables of the
 /// book were made for.
-const MACHINES: [&str; 2] = [include_str!("machines/intel-xeon.toml"), include_str!("machines/amd-epyc.toml")];
+const MACHINES: [&str; 3] =
+    [include_str!("machines/intel-xeon.toml"), include_str!("machines/amd-epyc.toml"), include_str!("machines/amd-epyc-25-1.toml")];
 
 /// Seconds of each operation on one machine.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -51,12 +52,14 @@ impl Speeds {
         Self::of_machine(name.map_or("", |(_, name)| name.trim()), &Scale::measure()?)
     }
 
-    /// The speeds of a machine with this processor, whose short tests take so long: those of the machine of the program whose processor is of the same maker,
-    /// or of the first, each changed as its short test is. The rest of the work does not follow the short tests alike on processors of all makers.
+    /// The speeds of a machine with this processor, whose short tests take so long: those of a machine of the program whose processor is of the same maker,
+    /// or of the first, each changed as its short test is. The rest of the work does not follow the short tests alike on processors of all makers, nor on slow
+    /// and fast ones of one maker: of several machines the one with the nearest short tests counts.
     fn of_machine(processor: &str, short_tests: &Scale) -> Result<Self> {
         let all = MACHINES.into_iter().map(Self::parse).collect::<Result<Vec<_>>>()?;
-        let same = all.into_iter().find(|speeds| maker(&speeds.machine) == maker(processor));
-        Ok(same.map_or_else(Self::built_in, Ok)?.scaled(short_tests))
+        let same = all.into_iter().filter(|speeds| maker(&speeds.machine) == maker(processor));
+        let nearest = same.min_by(|a, b| a.gauges.distance(short_tests).total_cmp(&b.gauges.distance(short_tests)));
+        Ok(nearest.map_or_else(Self::built_in, Ok)?.scaled(short_tests))
     }
 
     /// Speeds from the text of a file such as `machines/intel-xeon.toml`.
@@ -160,6 +163,17 @@ mod tests {
             let found = Speeds::of_machine(processor, &short_tests).unwrap();
             assert!(found.machine.starts_with(expected), "{processor}: {}", found.machine);
             assert_eq!(*found.gauges(), short_tests);
+        }
+    }
+
+    #[test]
+    fn of_machines_by_one_maker_the_one_that_is_as_fast_counts() {
+        for text in MACHINES {
+            let known = Speeds::parse(text).unwrap();
+            let g = known.gauges;
+            let here = Scale { grid_s: 1.1 * g.grid_s, fourier_s: 0.95 * g.fourier_s, stream_s: 1.2 * g.stream_s };
+            let found = Speeds::of_machine(&known.machine, &here).unwrap();
+            assert_eq!(found.start_bytes, known.start_bytes, "{}", known.machine);
         }
     }
 

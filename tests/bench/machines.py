@@ -7,17 +7,23 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 MACHINES, TERMS = ROOT / "src/cost/machines", ROOT / "src/cost/term.rs"
 
 
+def of_processor(what):
+    """A line of /proc/cpuinfo of the first processor."""
+    lines = (line.split(":", 1) for line in Path("/proc/cpuinfo").read_text().splitlines() if ":" in line)
+    return next((value.strip() for name, value in lines if name.strip() == what), "")
+
+
 def processor():
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return f"{line.split(':', 1)[1].strip()}, {os.cpu_count()} processors"
-    return platform.processor() or "unknown"
+    return f"{of_processor('model name') or platform.processor() or 'unknown'}, {os.cpu_count()} processors"
 
 
 def own_file():
-    """The file of this kind of processor."""
+    """The file of this kind of processor. Processors of one name may be of several families, of which the first to be measured has the short name."""
     words = re.sub(r"\((r|tm)\)|processor|cpu|@.*|,.*", " ", processor().lower()).split()
-    return MACHINES / f"{'-'.join(words[:2])}.toml"
+    name = "-".join(words[:2])
+    exact = MACHINES / f"{name}-{of_processor('cpu family')}-{of_processor('model')}.toml"
+    short = MACHINES / f"{name}.toml"
+    return short if short.exists() and not exact.exists() else exact
 
 
 def read_old(gauges):
