@@ -157,7 +157,9 @@ impl<'a> Data<'a> {
         report(&survey, reduction.selector.target.name(), observer)?;
         let center = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
-        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey, in_parts, common: common.flatten() })
+        // Blocks of an image that failed have no visibilities.
+        let whole = one_pass.is_none_or(|image| !image.has_failed());
+        Ok(Self { source, reduction, memory, cache: (fits && whole).then_some(cache), survey, in_parts, common: common.flatten() })
     }
 
     /// The results of the first pass.

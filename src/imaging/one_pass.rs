@@ -15,6 +15,7 @@ use ndarray::Array2;
 use num_complex::Complex32;
 use std::ops::Range;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// The image of a set that is read.
 #[derive(Debug)]
@@ -27,7 +28,12 @@ pub(super) struct OnePass {
     at_work: Option<(Transform<f32>, Gridder<f32>)>,
     /// Weights are divided by this number. It is a power of two, so that it changes no digit of the image, whichever row is read first.
     scale: OnceLock<f64>,
+    /// True where a weight over the scale is so large that the sums could leave single precision.
+    overflows: AtomicBool,
 }
+
+/// Largest weight over the scale, of which a set has at most some 1e12, and an image as many times its pixels.
+const MOST: f32 = 1e9;
 
 impl OnePass {
     /// `None` where the image depends on more than each visibility by itself and the grid that the options give.
@@ -46,7 +52,15 @@ impl OnePass {
         }
         let freq_hz = source.header().spectrum.freq_hz().to_vec();
         let n_vis = (source.n_rows() * freq_hz.len()) as u64;
-        Ok(Some(Self { grid, freq_hz, options: options.grid_options(), n_vis, at_work: None, scale: OnceLock::new() }))
+        Ok(Some(Self {
+            grid,
+            freq_hz,
+            options: options.grid_options(),
+            n_vis,
+            at_work: None,
+            scale: OnceLock::new(),
+            overflows: AtomicBool::new(false),
+        }))
     }
 
     /// Begin with rows of this extent. Where their planes do not fit into the memory together, the image is not made here.
@@ -77,23 +91,32 @@ impl OnePass {
         let rows = transform.sort(finite_uvw(coverage)?.view())?;
         let mut nodes = transform.nodes(&rows);
         let reduced = {
-            let (parts, scale) = (nodes.in_parts(&rows, reduction.step(chans))?, &self.scale);
-            let take = |rows: Range<usize>, vis: &[Complex32], weights: &[f32]| put((&parts, rows), (vis, weights), scale);
+            let (parts, scale, overflows) = (nodes.in_parts(&rows, reduction.step(chans))?, &self.scale, &self.overflows);
+            let take = |rows: Range<usize>, vis: &[Complex32], weights: &[f32]| {
+                if put((&parts, rows), (vis, weights), scale) > MOST {
+                    overflows.store(true, Relaxed);
+                }
+            };
             reduction.reduce_parts((coverage, chans), read, Some(&take))?
         };
         gridder.add_nodes(&rows, &nodes)?;
         Ok(reduced)
     }
 
+    /// True if the image is of no use, because the weight that was met first is far smaller than others. The visibilities must then be read again.
+    pub(super) fn has_failed(&self) -> bool {
+        self.overflows.load(Relaxed)
+    }
+
     /// The sum over all visibilities of their images, each times its weight over the scale, and the scale.
     pub(super) fn finish(self) -> Option<(f64, Array2<f32>)> {
-        let (_, gridder) = self.at_work?;
+        let (_, gridder) = self.at_work.filter(|_| !self.overflows.into_inner())?;
         Some((self.scale.get().copied().unwrap_or(1.0), gridder.finish()))
     }
 }
 
-/// Set the nodes of rows to those of their visibilities, times weights over the scale \[row, chan\].
-fn put((parts, rows): (&NodeParts<'_, f32>, Range<usize>), (vis, weights): (&[Complex32], &[f32]), scale: &OnceLock<f64>) {
+/// Set the nodes of rows to those of their visibilities, times weights over the scale \[row, chan\]. Returns the largest of these weights.
+fn put((parts, rows): (&NodeParts<'_, f32>, Range<usize>), (vis, weights): (&[Complex32], &[f32]), scale: &OnceLock<f64>) -> f32 {
     let chans = vis.len() / rows.len().max(1);
     // Without a weight that counts, all values are 0 by any scale.
     let first = weights.iter().find(|w| **w > 0.0);
@@ -104,6 +127,7 @@ fn put((parts, rows): (&NodeParts<'_, f32>, Range<usize>), (vis, weights): (&[Co
             *out = v.scale(*w * inverse);
         }
     });
+    weights.iter().fold(0.0_f32, |most, w| most.max(*w)) * inverse
 }
 
 /// The largest power of two that is not above a weight, so that weights over it are near 1. Its inverse has an exact value in single precision.

@@ -163,7 +163,13 @@ fn an_image_in_one_pass_is_that_of_the_kept_visibilities() {
         set.data.weights.mapv_inplace(|w| 3e30 * w);
         set
     };
-    for source in [set(), even_set(), large(set())] {
+    // Some telescopes give a tiny weight to what should not count. These rows are read first, so that the image fails and is made anew.
+    let tiny = |mut set: VisibilitySet| {
+        set.data.weights.fill(1e4);
+        set.data.weights.slice_mut(ndarray::s![-128.., .., ..]).fill(1e-34);
+        set
+    };
+    for (source, exact) in [(set(), true), (even_set(), true), (large(set()), true), (tiny(even_set()), false)] {
         let options = |epsilon, memory| {
             let (cell, size) = (Some(Angle(1e-3)), Some(ImageSize { columns: 96, rows: 64 }));
             ImagingOptions { cell, size, epsilon, memory, weighting: Weighting::Natural, ..ImagingOptions::default() }
@@ -186,7 +192,7 @@ fn an_image_in_one_pass_is_that_of_the_kept_visibilities() {
                 of_once
             }));
         }
-        assert_eq!(images[0], images[1]);
+        assert!(!exact || images[0] == images[1]);
         // With less memory there are more blocks, of which the sums are made in another order.
         let error = (&images[2] - &images[0]).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         assert!(error < 3e-6 * images[0].iter().fold(0.0_f64, |a, v| a.max(v.abs())));
