@@ -70,7 +70,7 @@ pub trait PartSource {
     /// A range past the last row, or an error in the file.
     fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()>;
 
-    /// About the bytes of the file that are in memory at once while many rows are read.
+    /// About how many bytes of the file are in memory at once while many rows are read.
     fn held_bytes(&mut self) -> usize {
         0
     }

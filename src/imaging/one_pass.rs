@@ -32,7 +32,7 @@ pub(super) struct OnePass {
     overflows: AtomicBool,
 }
 
-/// Largest weight over the scale, of which a set has at most some 1e12, and an image as many times its pixels.
+/// Largest weight over the scale. Sums over 1e12 visibilities, and over the pixels of a plane, then stay within single precision.
 const MOST: f32 = 1e9;
 
 impl OnePass {
