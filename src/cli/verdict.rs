@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::failure::Result;
+use super::forecast::measured;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::fourier::GridOptions;
@@ -9,7 +10,8 @@ use crate::imaging::{Field, ImagingOptions, Outlook, RowSample};
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
 use crate::verdict::{
-    Finding, ImageFacts, Residuals, left_beyond_noise, look_outside, of_image, of_pedestal, of_residuals, sentence, something_is_left,
+    Finding, ImageFacts, Levels, Residuals, left_beyond_noise, look_outside, of_image, of_pedestal, of_residuals, sentence,
+    something_is_left,
 };
 use cittert_arrays::{BrightnessUnit, Image, Polarization, Ranks, VisibilityHeader, VisibilitySource};
 use serde_json::{Value, json};
@@ -23,6 +25,8 @@ pub(super) struct Judged {
     /// The findings.
     pub(super) findings: Vec<Finding>,
     residuals: Option<Residuals>,
+    /// True where a source outside the image was sought.
+    searched: bool,
 }
 
 /// The findings about the image of a model. Images of other products than total intensity may be negative and are not judged.
@@ -53,15 +57,27 @@ pub(super) fn of_model(
         Ok(predicted) => predicted.expecting(looked_at(&header, data.n_rows())),
         Err(ChainError::Cancelled) => return Err(ChainError::Cancelled.into()),
         // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
-        Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),
+        Err(_) => return Ok(Judged { findings: of_image(facts, None), ..Judged::default() }),
     };
     let mut judged = of_prediction(data, &mut predicted, (flux, facts))?;
-    if let Some(grid) = around.filter(|_| something_is_missing(&*data.ranks(), &judged))
-        && let Some(source) = look_outside(data, &mut predicted, judged.residuals.as_ref(), (grid, accuracy))?
-    {
-        judged.findings.insert(0, source.finding(grid, header.unit));
+    if let Some(grid) = around.filter(|_| something_is_missing(&*data.ranks(), &judged)) {
+        judged.searched = true;
+        if let Some(source) = look_outside(data, &mut predicted, judged.residuals.as_ref(), (grid, accuracy))? {
+            judged.findings.insert(0, source.finding(grid, header.unit));
+        }
     }
     Ok(judged)
+}
+
+/// The seconds of a verdict on a model, and whether a source outside was sought. The levels of the images, which take no time, are those of the model.
+///
+/// # Errors
+/// The data cannot be read.
+pub(super) fn timed(data: &mut dyn VisibilitySource, (model, imaging): (Image, &ImagingOptions), context: &Context) -> Result<(f64, bool)> {
+    let levels = Levels::of(&model);
+    let facts = ImageFacts { restored: levels, residual: levels, beam: None, stop: &[] };
+    let judged = measured(|| of_model(data, (model, imaging), &facts, context))?;
+    Ok((judged.seconds, judged.result.searched))
 }
 
 /// Whether the residuals that process 0 has show that something is missing.
@@ -121,7 +137,7 @@ fn of_prediction(
         findings.retain(|f| f.name != pedestal.name);
         findings.push(pedestal);
     }
-    Ok(Judged { findings, residuals })
+    Ok(Judged { findings, residuals, searched: false })
 }
 
 /// Print each finding as a warning.

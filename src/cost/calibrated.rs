@@ -167,7 +167,7 @@ pub fn selfcal(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     stages.extend(all.solved());
     stages.push(output.doing([(Term::Apply, values), (Term::WriteGains, values), (Term::GainRow, held.rows())]));
     stages.push(held.write(IMAGES + images, all.always()));
-    stages.extend(work.clean.judged.as_ref().map(|field| held.verdict(field, all.always() + all.state())));
+    stages.extend(work.clean.judged.as_ref().map(|field| held.verdict((field, true), all.always() + all.state())));
     let (rounds, components) = (work.rounds.0 + work.rounds.1, work.clean.components);
     let assumptions = vec![
         format!("all {rounds} rounds of --rounds are made: they end earlier where they no longer improve the image"),

@@ -2,6 +2,7 @@
 
 use super::held::{DOUBLE, Held, SINGLE, convolution};
 use super::image::{InputFormat, fits};
+use super::rehearsed::{Course, searches};
 use super::speeds::Speeds;
 use super::stage::{Forecast, Stage};
 use super::term::Term;
@@ -36,8 +37,8 @@ pub struct CleanWork {
     pub components: f64,
     /// Part of the peak that a component takes.
     pub gain: f64,
-    /// Major cycles, if their number is known.
-    pub cycles: Option<f64>,
+    /// How far a rehearsal came.
+    pub course: Option<Course>,
     /// Major cycles, at most.
     pub most_cycles: f64,
     /// True for the minor cycles by Högbom, which visit tiles for each component.
@@ -52,15 +53,28 @@ pub struct CleanWork {
     pub twice: bool,
 }
 
-/// Major cycles that runs with so many components typically take.
+/// Major cycles: those of a rehearsal, or those that runs with so many components typically take.
 pub(super) fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
-    let typical = speeds.typical("clean.cycles") + speeds.typical("clean.cycles-per-log") * (work.components * work.gain).max(1.0).ln();
-    work.cycles.unwrap_or_else(|| (10.0 * typical).round().max(10.0) / 10.0).min(work.most_cycles)
+    let logs = |components: f64| (components * work.gain).max(1.0).ln();
+    let typical = speeds.typical("clean.cycles") + speeds.typical("clean.cycles-per-log") * logs(work.components);
+    let expected = match work.course {
+        Some(course) if course.ended => return course.turns,
+        // The first cycle of a run tells too little of the others.
+        Some(course) if course.turns >= 2.0 && logs(course.steps) > 0.0 => course.turns * logs(work.components) / logs(course.steps),
+        Some(course) => typical.max(course.turns + 1.0),
+        None => typical,
+    };
+    ((10.0 * expected).round().max(10.0) / 10.0).min(work.most_cycles)
+}
+
+/// Components that are found.
+fn components(work: &CleanWork) -> f64 {
+    work.course.filter(|course| course.ended).map_or(work.components, |course| course.steps)
 }
 
 /// Rounds of multiscale CLEAN: after each one the scales are compared again.
 fn rounds(work: &CleanWork) -> f64 {
-    if work.scales > 1.0 { (ROUNDS * (work.components * work.gain / FIRST_ROUND).max(1.0).ln()).max(1.0) } else { 0.0 }
+    if work.scales > 1.0 { (ROUNDS * (components(work) * work.gain / FIRST_ROUND).max(1.0).ln()).max(1.0) } else { 0.0 }
 }
 
 impl Held<'_> {
@@ -78,7 +92,8 @@ impl Held<'_> {
         let (n_l, n_m) = (self.outlook.grid.n_l, self.outlook.grid.n_m);
         let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
         let logs = points * points.log2();
-        let images = self.plane(3.0 * SINGLE) + out * work.components * COMPONENT;
+        let found = components(work);
+        let images = self.plane(3.0 * SINGLE) + out * found * COMPONENT;
         // Processes share out the channels.
         let own = (out / self.outlook.processes as f64).ceil();
         // Each scale of multiscale CLEAN finds its components as Högbom does.
@@ -90,8 +105,8 @@ impl Held<'_> {
         let convolutions = if in_tiles { 0.5 } else { 6.0 } * cycles + rounds * (work.scales - 1.0 + ROUND);
         let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles);
         Stage { whole: true, ..stage }.doing([
-            (Term::Component, own * work.components),
-            (Term::Tile, if in_tiles { own * work.components * tiles } else { 0.0 }),
+            (Term::Component, own * found),
+            (Term::Tile, if in_tiles { own * found * tiles } else { 0.0 }),
             (Term::MinorPixel, own * pixels * steps),
             (Term::Convolve, own * logs * convolutions),
         ])
@@ -120,12 +135,12 @@ impl Held<'_> {
 pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &CleanWork, speeds: &Speeds) -> Forecast {
     let held = Held { outlook, threads };
     let (pixels, out) = (outlook.pixels(), outlook.channels_out as f64);
-    let cycles = cycles(work, speeds);
+    let (cycles, found) = (cycles(work, speeds), components(work));
     let image = &outlook.image;
     // The beam and the data of the other output channels stay in memory: beam, dirty image, residual and model.
     let others = (out - 1.0) * held.plane(3.0 * SINGLE + DOUBLE);
     let scales = held.scales(work);
-    let list = out * work.components * COMPONENT;
+    let list = out * found * COMPONENT;
     let between = held.pass(image) + held.planes_between(2.0);
     let compared = held.plane(SINGLE / COMPARED);
     let mut stages = vec![held.start()];
@@ -150,18 +165,19 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
             .doing([(Term::Pixel, out * pixels)]),
         held.write(5.0, between + held.plane(2.0 * SINGLE + DOUBLE) + list + others),
     ]);
-    stages.extend(work.judged.as_ref().map(|field| held.verdict(field, list)));
+    stages.extend(work.judged.as_ref().map(|field| held.verdict((field, searches(work.course)), list)));
     if work.twice {
         stages.push(Stage::second(&stages, ["start", "test of phases", "weights of the test", "write"]));
     }
-    let mut assumptions = vec![format!("the {} components of --niter are used up", work.components)];
-    if work.cycles.is_none() {
-        assumptions.push(format!("{cycles:.1} major cycles, as runs with so many components take on average"));
-    }
-    Forecast {
-        stages,
-        output_bytes: fits(outlook, 5.0) + out * work.components * COMPONENT_TEXT,
-        assumptions,
-        groups_of_planes: image.size.groups,
-    }
+    let assumptions = match work.course {
+        Some(course) if course.ended => vec![format!("{cycles:.1} major cycles and {found:.0} components, as in a rehearsal")],
+        course => {
+            let why = course.map_or_else(
+                || "as runs with so many components take on average".to_owned(),
+                |c| format!("of which a rehearsal made {:.1}, with {:.0} components", c.turns, c.steps),
+            );
+            vec![format!("the {found} components of --niter are used up"), format!("{cycles:.1} major cycles, {why}")]
+        }
+    };
+    Forecast { stages, output_bytes: fits(outlook, 5.0) + out * found * COMPONENT_TEXT, assumptions, groups_of_planes: image.size.groups }
 }

@@ -2,6 +2,7 @@
 
 use super::held::{DOUBLE, Held, SINGLE, convolution};
 use super::image::{InputFormat, fits};
+use super::rehearsed::{Course, searches};
 use super::speeds::Speeds;
 use super::stage::{Forecast, Stage};
 use super::term::Term;
@@ -27,6 +28,8 @@ pub struct EntropyWork {
     pub evaluations: f64,
     /// Chi squared of an empty image for each visibility, if it is known: 1 is noise alone.
     pub chi2_of_nothing: Option<f64>,
+    /// How far a rehearsal came.
+    pub course: Option<Course>,
     /// True where a map of uncertainties is made.
     pub uncertainty: bool,
     /// The transform that predicts visibilities by whose residuals the fit is judged; none where it is not.
@@ -35,15 +38,21 @@ pub struct EntropyWork {
     pub twice: bool,
 }
 
-/// Evaluations of the data that runs take: the more, the further the data lie above their noise.
+/// Evaluations of the data: those of a rehearsal, or those that runs take, which are the more, the further the data lie above their noise.
 pub(super) fn evaluations(work: &EntropyWork, speeds: &Speeds) -> f64 {
     let typical = work.chi2_of_nothing.map_or(speeds.typical("mem.evaluations"), |chi2| IN_NOISE * chi2.max(1.0).powf(GROWTH));
-    typical.round().min(work.evaluations + OVER).max(2.0)
+    let expected = match work.course {
+        Some(course) if course.ended => return course.turns,
+        Some(course) => typical.max(course.turns + 1.0),
+        None => typical,
+    };
+    expected.round().min(work.evaluations + OVER).max(2.0)
 }
 
 /// Convolutions with the beam in so many evaluations: the later ones take more steps of the linear solver.
-fn convolutions(evaluations: f64) -> f64 {
-    evaluations * (STEPS.0 * (evaluations / STEPS.1).ln()).max(1.0)
+fn convolutions(work: &EntropyWork, evaluations: f64) -> f64 {
+    let typical = evaluations * (STEPS.0 * (evaluations / STEPS.1).ln()).max(1.0);
+    work.course.filter(|course| course.ended && course.steps > 0.0).map_or(typical, |course| course.steps)
 }
 
 /// The forecast of an image of maximum entropy.
@@ -59,7 +68,7 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     let hessian = (of_wide + of_round) / 2.0;
     let results = (out - 1.0) * held.plane(2.0 * DOUBLE + if work.uncertainty { DOUBLE } else { 0.0 });
     let evaluations = evaluations(work, speeds);
-    let convolutions = convolutions(evaluations);
+    let convolutions = convolutions(work, evaluations);
     let beam = outlook.core.as_ref().unwrap_or(image);
     let solver = hessian + held.plane(IMAGES * SINGLE) + results;
     // The beam for the Hessian has twice the size.
@@ -105,15 +114,17 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     }
     let images = if work.uncertainty { 4.0 } else { 3.0 };
     stages.push(held.write(images, held.plane(3.0 * DOUBLE) + results));
-    stages.extend(work.judged.as_ref().map(|field| held.verdict(field, held.plane(3.0 * DOUBLE))));
+    stages.extend(work.judged.as_ref().map(|field| held.verdict((field, searches(work.course)), held.plane(3.0 * DOUBLE))));
     if work.twice {
         stages.push(Stage::second(&stages, ["start", "write"]));
     }
     let why = match work.chi2_of_nothing {
+        _ if work.course.is_some_and(|course| course.ended) => "as in a rehearsal".to_owned(),
         Some(chi2) if evaluations < work.evaluations => format!("as runs take on data with {chi2:.3} times the power of their noise"),
         Some(_) => "which are all that it may take, as the data lie far above their noise".into(),
         None => "as runs typically take".into(),
     };
+    let evaluations = (10.0 * evaluations).round() / 10.0;
     let text = format!("{evaluations} evaluations of the data and {convolutions:.0} convolutions with the beam, {why}");
     Forecast { stages, output_bytes: fits(outlook, images), assumptions: vec![text], groups_of_planes: image.size.groups }
 }

@@ -73,7 +73,7 @@ pub fn joint(
         Stage::new("calibrated set", 2.0 * set).doing([(Term::Apply, values), (Term::WriteGains, values), (Term::GainRow, held.rows())]),
         held.write(IMAGES, set + held.plane(SHOWN * DOUBLE)),
     ];
-    stages.extend(judged.map(|field| held.verdict(field, set + held.plane(SHOWN * DOUBLE))));
+    stages.extend(judged.map(|field| held.verdict((field, true), set + held.plane(SHOWN * DOUBLE))));
     let assumptions = vec![
         "the time of an evaluation of image and gains is that of a few of them on some rows, on this machine".into(),
         format!(

@@ -37,8 +37,9 @@ impl Held<'_> {
         (self.outlook.visibilities() * products).min(MOST) / if products > 1.0 { 2.0 } else { 1.0 }
     }
 
-    /// The verdict on an image, whose visibilities are predicted by this transform. `beside` are the bytes that are held beside it.
-    pub(super) fn verdict(self, field: &Field, beside: f64) -> Stage {
+    /// The verdict on an image, whose visibilities are predicted by this transform. `searched` is true where a source outside may be sought, and `beside` are the bytes
+    /// that are held beside it.
+    pub(super) fn verdict(self, (field, searched): (&Field, bool), beside: f64) -> Stage {
         let (_, channels, products) = self.outlook.shape;
         let (of_row, out) = ((channels * products) as f64, self.outlook.channels_out as f64);
         let rows = self.rows().min(MOST / of_row);
@@ -52,11 +53,12 @@ impl Held<'_> {
         let nodes = part * (field.pass.sorted_bytes + (field.pass.nodes * 2.0 * SINGLE).max(self.sorting_bytes(field)));
         let blocks = ROW * rows + RAW * values;
         let predicting = blocks + SUM * values + made.max(again + nodes + PREDICTED * visibilities).max(RAW * values);
-        // Whether a source is sought is not known before. It may take as much as this.
+        // The search for a source outside.
         let (n_l, n_m) = (self.outlook.grid.n_l, self.outlook.grid.n_m);
         let shown = (ALL_SHOW / n_l.max(n_m) as f64).min(1.0);
         let left = shown * (LEFT * visibilities + LEFT_ROW * rows);
         let wide = shown * (GRIDDED_ROW * rows + GRIDDED * visibilities + part * field.pass.nodes * 2.0 * SINGLE) + WIDE;
+        let (left, wide) = if searched { (left, wide) } else { (0.0, 0.0) };
         let n = self.judged();
         let listing = (blocks + KEPT * values + SAMPLE * n).max((SAMPLE + LISTED) * n);
         // The model, and what an antenna sees of it.

@@ -19,6 +19,7 @@
 //! | `entropy` | stages of `mem` |
 //! | `closures` | stages of `mem` from closure quantities |
 //! | `judged` | the verdict on an image |
+//! | `rehearsed` | what a rehearsal has shown of a command |
 //! | `sampled` | stages of `simulate` and `predict` |
 //! | `waves` | spherical waves of scenes near the array |
 //! | `converted` | stages of `convert`, `applycal` and `corrupt` |
@@ -40,6 +41,7 @@ mod image;
 mod joint;
 mod judged;
 mod one_pass;
+mod rehearsed;
 mod sampled;
 mod scale;
 mod speeds;
@@ -59,6 +61,7 @@ pub use converted::{Conversion, Gained, convert, gained};
 pub use entropy::{EntropyWork, entropy};
 pub use image::{InputFormat, beam, dirty, grid};
 pub use joint::{JointTimes, joint};
+pub use rehearsed::{Course, Tried};
 pub use sampled::{SampledWork, predict, simulate};
 pub use scale::Scale;
 pub use speeds::Speeds;

@@ -12,7 +12,7 @@ const HOLES: f64 = 1.03;
 const LEFT: f64 = 6e6;
 
 /// A part of a command: what it does, and what it holds in memory meanwhile.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
     /// Its name.
     pub name: &'static str,
@@ -20,6 +20,8 @@ pub struct Stage {
     pub work: Vec<(Term, f64)>,
     /// Seconds that were timed on this machine, on as many threads as will work.
     pub timed_s: f64,
+    /// Time that a rehearsal took over what its operations say; 1 without one.
+    pub pace: f64,
     /// Bytes of all arrays that are in memory together at its largest moment.
     pub bytes: f64,
     /// Bytes of images and sums that several processes would add up over the network.
@@ -34,7 +36,8 @@ impl Stage {
     /// A stage that holds so many bytes.
     #[must_use]
     pub fn new(name: &'static str, bytes: f64) -> Self {
-        Self { name, bytes, ..Self::default() }
+        let (work, timed_s, pace) = (Vec::new(), 0.0, 1.0);
+        Self { name, work, timed_s, pace, bytes, summed_bytes: 0.0, read_bytes: 0.0, whole: false }
     }
 
     /// Add operations.
@@ -61,7 +64,7 @@ impl Stage {
     /// Its time in seconds on so many threads.
     #[must_use]
     pub fn seconds(&self, speeds: &Speeds, threads: usize) -> f64 {
-        self.timed_s + self.work.iter().map(|(term, n)| n * speeds.seconds(*term, threads)).sum::<f64>()
+        self.pace * (self.timed_s + self.work.iter().map(|(term, n)| n * speeds.seconds(*term, threads)).sum::<f64>())
     }
 }
 

@@ -120,6 +120,11 @@ pub(crate) struct CleanReport {
 }
 
 impl Cleaned {
+    /// Major cycles and components of all output channels.
+    pub(crate) fn counts(&self) -> (usize, usize) {
+        (self.channels.iter().map(|c| c.major).sum(), self.channels.iter().map(|c| c.components.len()).sum())
+    }
+
     /// Only the model: the other images are not made.
     ///
     /// # Errors
@@ -139,6 +144,7 @@ impl Cleaned {
         imager: &Imager<'_>,
         mut take: impl FnMut(Kind, Image<f32>) -> Result<(), E>,
     ) -> Result<(CleanReport, Image), E> {
+        let (major_cycles, iterations) = self.counts();
         let Self { mut channels, mut clock } = self;
         let grid = imager.grid();
         let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
@@ -148,8 +154,8 @@ impl Cleaned {
         take(Kind::Dirty, imager.image(dirties, Kind::Dirty, &beams)?)?;
         let mut statistics = CleanStatistics {
             stop: channels.iter().map(|c| c.stop).collect(),
-            iterations: channels.iter().map(|c| c.components.len()).sum(),
-            major_cycles: channels.iter().map(|c| c.major).sum(),
+            iterations,
+            major_cycles,
             residual_rms: 0.0,
             residual_peak: 0.0,
             model_flux: channels.iter().map(|c| c.model.sum()).sum::<f64>() / channels.len() as f64,

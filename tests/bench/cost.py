@@ -141,8 +141,8 @@ def shortest(row, seconds, peak, told, said):
     row["told"] = told
 
 
-def measured(program, folder, all_sets, listed, turns=1, kept=None, until=math.inf, speeds=None):
-    """Rows of runs. Those of the file `kept` are not measured again, and no run begins after `until` seconds."""
+def measured(program, folder, all_sets, listed, turns=1, kept=None, until=math.inf, speeds=None, rehearse=True):
+    """Rows of runs. Those of the file `kept` are not measured again, and no run begins after `until` seconds. A fit needs no rehearsals."""
     made = Sets(program, folder)
     rows = json.loads(kept.read_text()) if kept and kept.exists() else []
     have, begun = {r["label"] for r in rows}, time.perf_counter()
@@ -161,7 +161,8 @@ def measured(program, folder, all_sets, listed, turns=1, kept=None, until=math.i
         call = [*call, "-o", folder / ("out.uvh5" if command in ("simulate", "predict") else "out.fits" if command in ("dirty", "beam") else "out.h5" if command == "grid" else "out")]
         if command == "predict":
             call += ["--model", folder / f"scene{all_sets[name]['sources']}.csv"]
-        forecast = run([*call, "--dry-run", "--json", *(["--speeds", speeds.resolve()] if speeds else [])], folder)[2]
+        options = [*(["--speeds", speeds.resolve()] if speeds else []), *([] if rehearse else ["--rehearse", "0s"])]
+        forecast = run([*call, "--dry-run", "--json", *options], folder)[2]
         if any(folder.glob("out*")):
             sys.exit(f"{label}: the dry run has written something")
         row = dict(label=label, threads=words[1], command=command, forecast=forecast, words=" ".join(str(w) for w in words[2:]))
@@ -447,7 +448,7 @@ def main():
         folder.mkdir(exist_ok=True)
         folder = folder.resolve()
         if a.what == "fit":
-            rows = measured(program, folder, *cases(a.seed or FIT_SEED, "f", FIT), turns=a.turns or 2, kept=a.rows, until=a.until)
+            rows = measured(program, folder, *cases(a.seed or FIT_SEED, "f", FIT), turns=a.turns or 2, kept=a.rows, until=a.until, rehearse=False)
             # What a single run finds: the smallest of many would make every later run look slower than it is.
             gauges = {k: statistics.median(r["forecast"]["gauges"][k] for r in rows) for k in rows[0]["forecast"]["gauges"]}
             write(fit(rows, gauges), a.output)

@@ -71,8 +71,8 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         "beam v.uvh5 -o out.fits --size 256",
         "grid v.uvh5 -o out.h5 --size 256",
         "clean v.uvh5 -o out --size 256 --niter 500",
-        "clean v.uvh5 -o out --size 256 --niter 500 --algorithm multiscale",
-        "mem v.uvh5 -o out --size 256",
+        "clean v.uvh5 -o out --size 256 --niter 500 --algorithm multiscale --rehearse 0s",
+        "mem v.uvh5 -o out --size 256 --rehearse 0s",
         "simulate --layout mm-spiral --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 4 -o v.uvh5",
         "predict v.uvh5 --model s.csv -o out.uvh5",
         "selfcal v.uvh5 -o out --size 256 --solint inf",
@@ -218,7 +218,7 @@ fn a_forecast_of_a_run_sees_the_set_that_does_not_exist_yet() {
     // The single commands say the same of the set that the run makes.
     let done = s.json("run run.toml -o out");
     assert_eq!((&planned["facts"]["rows"], &planned["facts"]["size"]), (&66.0.into(), &done["dirty"]["size"]), "{planned}");
-    let alone = s.json("clean out/vis.uvh5 -o c --size 128 --niter 200 --algorithm hogbom --dry-run");
+    let alone = s.json("clean out/vis.uvh5 -o c --size 128 --niter 200 --algorithm hogbom --dry-run --rehearse 0s");
     let nodes = |json: &Value, stage: &dyn Fn(&str) -> bool| {
         let all = json["stages"].as_array().unwrap().iter().filter(|x| stage(x["stage"].as_str().unwrap()));
         all.filter_map(|x| x["work"]["pass.node"].as_f64()).sum::<f64>()

@@ -1,8 +1,10 @@
 //! The options of `--dry-run`.
 
+use super::rehearsal::MOST_S;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cost::{Cluster, Speeds};
 use crate::memory::MemoryBudget;
+use cittert_arrays::quantity::Duration;
 use clap::Args;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -35,6 +37,9 @@ pub(in crate::cli) struct ForecastArgs {
     /// With --dry-run: the speeds of another machine, as `make bench-book` writes them.
     #[arg(long, global = true, value_name = "TOML")]
     speeds: Option<PathBuf>,
+    /// With --dry-run: begin clean or mem for at most so long, to see how many cycles the data ask for; 0s for no rehearsal [default: 10s].
+    #[arg(long, global = true, value_name = "TIME")]
+    rehearse: Option<Duration>,
 }
 
 /// A bandwidth, bytes per second.
@@ -71,7 +76,12 @@ impl ForecastArgs {
             ("storage", self.storage.is_some()),
             ("ranks-per-node", self.ranks_per_node.is_some()),
         ];
-        let of_all = [("nodes", self.nodes.is_some()), ("visibilities", self.visibilities.is_some()), ("speeds", self.speeds.is_some())];
+        let of_all = [
+            ("nodes", self.nodes.is_some()),
+            ("visibilities", self.visibilities.is_some()),
+            ("speeds", self.speeds.is_some()),
+            ("rehearse", self.rehearse.is_some()),
+        ];
         let idle = |all: &[(&'static str, bool)]| all.iter().find(|(_, given)| *given).map(|(name, _)| *name);
         if let Some(name) = idle(&of_all).or(idle(&of_cluster)).filter(|_| !self.dry_run) {
             return Err(Failure::usage(format!("--{name} belongs to a forecast: add --dry-run, or leave it out")));
@@ -80,6 +90,16 @@ impl ForecastArgs {
             return Err(Failure::usage(format!("--{name} describes several machines: say with --nodes how many")));
         }
         Ok(())
+    }
+
+    /// The longest time of a rehearsal, s.
+    pub(super) fn rehearsal_s(&self) -> f64 {
+        self.rehearse.map_or(MOST_S, |time| time.si())
+    }
+
+    /// True where the speeds of another machine are given.
+    pub(super) fn has_speeds(&self) -> bool {
+        self.speeds.is_some()
     }
 
     /// Visibilities that the set is to have.

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `args` | the options |
 //! | `passing` | the work of commands that read rows and write them again |
+//! | `rehearsal` | a command that is begun and stopped, which shows how many cycles its data ask for |
 //! | `pilot` | the time and the memory of a small part of the work, which is done and thrown away |
 //! | `rendered` | the work of rendering a scene of solids, from parts of its picture |
 //! | `sampling` | the work of `simulate` and `predict` on a scene |
@@ -16,6 +17,7 @@
 mod args;
 mod passing;
 mod pilot;
+mod rehearsal;
 mod rendered;
 mod report;
 mod sampling;
@@ -25,6 +27,7 @@ mod waves;
 pub(super) use args::ForecastArgs;
 pub(super) use passing::Passing;
 pub(super) use pilot::{Grown, Measured, Scratch, frames_to_make, grown, measured};
+pub(super) use rehearsal::{Acts, Ended, Rehearsed, Watch};
 pub(super) use rendered::{Rendered, rendered};
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;
@@ -41,6 +44,7 @@ use crate::progress::Silent;
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
 use serde_json::{Map, Value, json};
+use std::cell::RefCell;
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -56,6 +60,8 @@ pub(super) struct Planner<'a> {
     pub(super) ranks: usize,
     /// Makes the forecast of the words of another command line, for commands that start others. Such a command must not use the table of commands.
     pub(super) words: PlanWords,
+    /// What a rehearsal has shown on this machine.
+    rehearsed: RefCell<Option<Rehearsed>>,
 }
 
 /// A function that makes the forecast of the words of a command line.
@@ -73,7 +79,19 @@ pub(super) trait Plan {
     fn output(&self) -> &Path;
 }
 
+impl<'a> Planner<'a> {
+    /// For one process on this machine.
+    fn new(args: &'a ForecastArgs, context: &'a Context, (speeds, threads): (Speeds, usize), words: PlanWords) -> Self {
+        Self { args, context, speeds, threads, ranks: 1, words, rehearsed: RefCell::default() }
+    }
+}
+
 impl Planner<'_> {
+    /// The same for commands that start in another context.
+    pub(super) fn within<'b>(&'b self, context: &'b Context) -> Planner<'b> {
+        Planner { ranks: self.ranks, ..Planner::new(self.args, context, (self.speeds.clone(), self.threads), self.words) }
+    }
+
     /// Refuse several processes, for a command that has no rows to share.
     ///
     /// # Errors
@@ -173,7 +191,7 @@ pub(super) fn forecast(
     }
     .with_program(start_bytes);
     let threads = rayon::current_num_threads();
-    let mut planner = Planner { args, context, speeds, threads, ranks: 1, words };
+    let mut planner = Planner::new(args, context, (speeds, threads), words);
     let here = command.plan(&planner)?;
     let disk = free_disk(command.output());
     let Some(cluster) = args.cluster(threads)? else {
@@ -192,7 +210,8 @@ pub(super) fn forecast(
 pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
     let start_bytes = Pilot::memory().0 as f64;
     let speeds = Speeds::here()?.with_program(start_bytes);
-    let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1, words: |_, _| Err(without()) };
+    let args = ForecastArgs::default();
+    let planner = Planner::new(&args, context, (speeds, threads), |_, _| Err(without()));
     let told = command.plan(&planner)?;
     Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))
 }

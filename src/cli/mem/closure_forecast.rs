@@ -26,8 +26,10 @@ pub(super) fn plan(args: &MemCommandArgs, planner: &Planner<'_>) -> Result<Told>
     planner.alone("makes an image from closure quantities")?;
     planner.no_visibilities("closure quantities are averages of those of a set")?;
     let input = args.input.files()?;
-    let ahead = input.all().iter().any(|file| planner.context.ahead.get(file).is_some());
-    ensure!(!ahead, Failure::unforeseen("--dry-run: closure quantities are looked at themselves, and the set is not made yet"));
+    ensure!(
+        input.exist(planner.context),
+        Failure::unforeseen("--dry-run: closure quantities are looked at themselves, and the set is not made yet")
+    );
     let what = format!("imaging {input}");
     let mut source = input.open_chosen(&args.column, planner.context)?;
     let options = options(args, source.header().unit).context(&what)?;

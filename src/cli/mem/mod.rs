@@ -3,12 +3,12 @@
 mod args;
 mod closure_forecast;
 mod closures;
+mod forecast;
 
 pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of_image};
 use super::held_out;
 use super::options::{fits_mask, prior_image, with_range};
 use super::planned::check_room_for_images;
@@ -16,10 +16,9 @@ use super::ranks;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
 use super::zero_spacing;
-use crate::cost::{self, EntropyWork, WavePasses};
 use crate::imaging::{Imager, ImagingOptions};
-use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, chi2_of_nothing, mem};
-use crate::progress::Quiet;
+use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
+use crate::progress::{Observer, Quiet};
 use crate::verdict::{CrossCheck, ImageFacts};
 use cittert_arrays::VisibilitySource;
 use serde_json::{Value, json};
@@ -47,24 +46,11 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let what = format!("imaging {input}");
     args.mem.check().map_err(Failure::call)?;
     args.hold_out.check()?;
-    let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
     let imaging = with_range(&args.imaging)?;
-    let mut imager = Imager::new(source.as_mut(), imaging.clone(), &context.console).context(&what)?;
-    check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
-    for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
-        flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
-    }
-    let mean = zero_spacing::of(&imager, args.mem.flux.is_some() || args.mem.zero_spacing.is_some(), context);
-    let inputs = MemInputs {
-        prior: prior_image(args.mem.prior.as_ref())?,
-        mask: args.mem.mask.as_deref().map(|path| fits_mask(path, imager.grid())).transpose()?,
-    };
-    // An error may lie in the data or in the images that were given with them.
-    let given: Vec<String> = args.given().map(|path| path.display().to_string()).collect();
-    let what = if given.is_empty() { what } else { format!("{what} with {}", given.join(" and ")) };
-    let options = args.mem.plan(&imager, inputs, noise).context(&what)?;
-    let products = mem(&mut imager, &options, &context.console).context(&what)?;
-    drop(imager);
+    let (products, options, mean) = imaged(args, (source.as_mut(), &what), (&imaging, &context.console), |imager| {
+        check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
+        Ok(zero_spacing::of(imager, args.mem.flux.is_some() || args.mem.zero_spacing.is_some(), context))
+    })?;
     let source = source.as_mut();
     let mut judged = verdict::of_model(source, (products.model.clone(), &imaging), &ImageFacts::from(&products), context)?;
     let quiet = Quiet(&context.console);
@@ -73,6 +59,31 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     };
     let check = args.hold_out.judge(source, (&products.model.grid, &imaging), &mut judged, &again, context)?;
     save(args, (products, judged, check, mean), &options, context)
+}
+
+/// The images of a set, how they were asked for, and what `look` finds out of the imager before. `what` is said with an error.
+fn imaged<T>(
+    args: &MemCommandArgs,
+    (source, what): (&mut dyn VisibilitySource, &str),
+    (imaging, observer): (&ImagingOptions, &dyn Observer),
+    look: impl FnOnce(&Imager<'_>) -> Result<T>,
+) -> Result<(MemProducts, MemPlan, T)> {
+    let noise = args.mem.believed_noise(source, observer).context(what)?;
+    let mut imager = Imager::new(source, imaging.clone(), observer).context(what)?;
+    for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
+        flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
+    }
+    let seen = look(&imager)?;
+    let inputs = MemInputs {
+        prior: prior_image(args.mem.prior.as_ref())?,
+        mask: args.mem.mask.as_deref().map(|path| fits_mask(path, imager.grid())).transpose()?,
+    };
+    // An error may lie in the data or in the images that were given with them.
+    let given: Vec<String> = args.given().map(|path| path.display().to_string()).collect();
+    let what = if given.is_empty() { what.to_owned() } else { format!("{what} with {}", given.join(" and ")) };
+    let options = args.mem.plan(&imager, inputs, noise).context(&what)?;
+    let products = mem(&mut imager, &options, observer).context(&what)?;
+    Ok((products, options, seen))
 }
 
 fn save(
@@ -160,37 +171,4 @@ fn describe(p: &MemProducts) -> String {
     }
     lines.retain(|line| !line.is_empty());
     lines.join("\n")
-}
-
-impl Plan for MemCommandArgs {
-    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.check_used()?;
-        if self.terms.terms.is_some() {
-            return closure_forecast::plan(self, planner);
-        }
-        let input = self.input.files()?;
-        let mut source = input.open_chosen(&self.column, planner.context)?;
-        let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
-        let waves = waves_of_image(&self.imaging, source.header(), &mut looked.0, planner)?;
-        let outlook = &looked.0;
-        let work = EntropyWork {
-            evaluations: self.mem.niter as f64,
-            // A set that does not exist yet has no data.
-            chi2_of_nothing: chi2_of_nothing(source.as_mut(), &self.mem).ok().flatten(),
-            uncertainty: self.mem.uncertainty != Uncertainty::None,
-            judged: verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())?,
-            twice: self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
-        };
-        let mut forecast = cost::entropy(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
-        let mut facts = facts(outlook);
-        if let Some(waves) = waves {
-            forecast = waves.put_into(forecast, outlook, &WavePasses::of_entropy(outlook, &work, &planner.speeds));
-            say_waves(&waves, outlook, &mut facts);
-        }
-        Ok(Told { command: "mem", forecast, facts })
-    }
-
-    fn output(&self) -> &std::path::Path {
-        &self.out.output
-    }
 }

@@ -49,6 +49,12 @@ impl SetFiles {
         &self.0
     }
 
+    /// True where all files exist. In the forecast of a run, an earlier command would write them.
+    #[must_use]
+    pub fn exist(&self, context: &Context) -> bool {
+        self.0.iter().all(|file| context.ahead.get(file).is_none())
+    }
+
     /// The file, if it is one.
     #[must_use]
     pub fn one(&self) -> Option<&Path> {

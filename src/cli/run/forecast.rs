@@ -64,7 +64,7 @@ impl Plan for RunArgs {
             subcommands: planner.context.subcommands,
             ahead: Ahead::default(),
         };
-        let inner = Planner { context: &context, speeds: planner.speeds.clone(), ..*planner };
+        let inner = planner.within(&context);
         let shown = self.output().display().to_string();
         let mut known = Known::default();
         for step in &steps {

@@ -1,21 +1,25 @@
 //! `clean`: deconvolution by CLEAN.
 
-use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
-use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of_image};
-use super::held_out::{self, HoldOutArgs};
-use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
-use super::planned::check_room_for_images;
-use super::slurm::{SlurmArgs, one_job};
-use super::text::{beam, chi2, note_beam, number, reasons};
-use super::verdict;
-use super::zero_spacing;
+mod forecast;
+
+pub(super) use forecast::work_of;
+
+use forecast::half_field_rad;
+
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
-use crate::cost::{self, CleanWork, WavePasses};
-use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
+use crate::cli::context::{Context, Outcome};
+use crate::cli::failure::{Context as _, Result};
+use crate::cli::held_out::{self, HoldOutArgs};
+use crate::cli::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
+use crate::cli::planned::check_room_for_images;
+use crate::cli::slurm::{SlurmArgs, one_job};
+use crate::cli::text::{beam, chi2, note_beam, number, reasons};
+use crate::cli::verdict;
+use crate::cli::zero_spacing;
+use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean_once, pattern_image};
+use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
@@ -90,8 +94,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let options = imaging.clone();
     let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
     args.correction.check(&imager.header().layout.pattern).context(&what)?;
-    let g = imager.grid();
-    let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
+    let half_field_rad = half_field_rad(imager.grid());
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
         let cleaned = deconvolve(args, (&input, imager), context)?;
         return save((args, &imaging), (source.as_mut(), false), cleaned, context);
@@ -248,65 +251,4 @@ fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
         lines.push(format!("beam          {}", beam(b)));
     }
     lines.join("\n")
-}
-
-/// The work of one CLEAN by a deconvolver with these options.
-pub(super) fn work_of(clean: &CleanOptions, name: &str, outlook: &Outlook) -> CleanWork {
-    let g = &outlook.grid;
-    let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
-    CleanWork {
-        components: clean.niter as f64,
-        gain: clean.gain,
-        cycles: None,
-        most_cycles: clean.max_major as f64,
-        hogbom: name == "hogbom",
-        scales: if name == EXTENDED { scales_of(clean, (beam_px, outlook.uv_range_wl.0 * g.cell_rad), g) } else { 0.0 },
-        tested: false,
-        judged: None,
-        twice: false,
-    }
-}
-
-/// Half of the power of the kernel of a scale lies beyond this many cycles over its width.
-const HALF_POWER: f64 = 0.4;
-
-/// Number of scales of the minor cycle, for a beam of this width and baselines from so many cycles a pixel on. A scale most of whose power lies below the shortest
-/// baseline is not measured, and not used.
-fn scales_of(clean: &CleanOptions, (beam_px, shortest): (f64, f64), grid: &SkyGrid) -> f64 {
-    let mut scales = clean.scales(beam_px);
-    if scales.widths_px.is_empty() {
-        scales.widths_px = chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m));
-    }
-    scales.widths_px.iter().filter(|width| **width * shortest <= HALF_POWER).count() as f64
-}
-
-impl Plan for CleanCommandArgs {
-    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.clean.check()?;
-        let input = self.input.files()?;
-        let mut source = input.open_chosen(&self.column, planner.context)?;
-        let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
-        let waves = waves_of_image(&self.imaging, source.header(), &mut looked.0, planner)?;
-        let outlook = &looked.0;
-        let g = &outlook.grid;
-        let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
-        let work = CleanWork {
-            tested: self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
-            judged: verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())?,
-            twice: self.hold_out.is_made(source.as_ref(), g, &self.imaging),
-            ..work_of(&self.clean, self.clean.entry()?.name, outlook)
-        };
-        let mut forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
-        let mut facts = facts(outlook);
-        if let Some(waves) = waves {
-            forecast = waves.put_into(forecast, outlook, &WavePasses::of_clean(outlook, &work, (&waves, &planner.speeds)));
-            forecast.assumptions.push(WavePasses::LIT_TILES.into());
-            say_waves(&waves, outlook, &mut facts);
-        }
-        Ok(Told { command: "clean", forecast, facts })
-    }
-
-    fn output(&self) -> &std::path::Path {
-        &self.out.output
-    }
 }

@@ -1,0 +1,229 @@
+//! A rehearsal: a command is begun, stopped after a while, and its images are thrown away. It shows how many cycles the data ask for, and how fast this machine
+//! makes them.
+
+use super::Planner;
+use crate::cli::failure::Result;
+use crate::cli::ranks;
+use crate::cost::{Course, Forecast, Tried};
+use crate::progress::{Event, Observer};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// A rehearsal takes at most so many seconds, if the user does not say otherwise.
+pub(super) const MOST_S: f64 = 10.0;
+/// It is made where so much of its time is left for the cycles.
+const LEFT: f64 = 0.5;
+
+/// What a rehearsal has shown.
+#[derive(Debug, Clone)]
+pub(in crate::cli) struct Rehearsed {
+    pub(in crate::cli) course: Course,
+    /// The times of its stages.
+    pub(in crate::cli) tried: Vec<Tried>,
+}
+
+/// The stages of a command, as a rehearsal times them.
+pub(in crate::cli) struct Acts {
+    /// Before the first cycle.
+    pub(in crate::cli) before: &'static [&'static str],
+    /// The cycles.
+    pub(in crate::cli) cycles: &'static [&'static str],
+    /// What follows, up to the verdict.
+    pub(in crate::cli) after: &'static [&'static str],
+}
+
+/// A rehearsal that has come to its end.
+pub(in crate::cli) struct Ended {
+    /// Seconds of the verdict, and whether it looked for a source outside the image.
+    pub(in crate::cli) verdict: (f64, bool),
+    /// Cycles and components, or evaluations and convolutions, of all output channels.
+    pub(in crate::cli) counts: (f64, f64),
+}
+
+/// How far an output channel has come: cycles and components, or evaluations.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Reached {
+    number: usize,
+    turns: usize,
+    steps: usize,
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    channels: Vec<Reached>,
+    /// Seconds until the first cycle, and until the last one so far.
+    first_s: Option<f64>,
+    last_s: f64,
+}
+
+impl Seen {
+    fn note(&mut self, now_s: f64, reached: Reached) {
+        self.last_s = now_s;
+        self.first_s.get_or_insert(now_s);
+        match self.channels.last_mut() {
+            Some(last) if reached.number > last.number => *last = reached,
+            _ => self.channels.push(reached),
+        }
+    }
+
+    /// How far the channels have come, the last of which has not ended.
+    fn course(&self) -> Option<Course> {
+        let ended = self.channels.len().checked_sub(1)?;
+        let of = |n: usize, f: fn(&Reached) -> usize| self.channels[..n].iter().map(|c| f(c) as f64).sum::<f64>() / n as f64;
+        let n = ended.max(1);
+        Some(Course { turns: of(n, |c| c.turns), steps: of(n, |c| c.steps), ended: ended > 0, searched: None })
+    }
+}
+
+/// Watches a rehearsal, and stops it.
+pub(in crate::cli) struct Watch<'c> {
+    of_user: &'c dyn Observer,
+    started: Instant,
+    most_s: f64,
+    seen: Mutex<Seen>,
+}
+
+impl<'c> Watch<'c> {
+    fn new(of_user: &'c dyn Observer, most_s: f64) -> Self {
+        Self { of_user, started: Instant::now(), most_s, seen: Mutex::default() }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    fn is_over(&self) -> bool {
+        self.seconds() > self.most_s
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn event(&self, event: Event<'_>) {
+        let reached = match event {
+            // A cycle is told of when it begins.
+            Event::Cycle { number, iterations, .. } => Reached { number, turns: number - 1, steps: iterations },
+            Event::Entropy { number, evaluations, .. } => Reached { number, turns: evaluations, steps: 0 },
+            _ => return,
+        };
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner).note(self.seconds(), reached);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.of_user.cancelled() || self.is_over()
+    }
+}
+
+impl Planner<'_> {
+    /// Rehearse a command whose forecast this is, where that shows enough: `exists` is true where its set does. `perform` does the work.
+    ///
+    /// # Errors
+    /// The command would fail.
+    pub(in crate::cli) fn rehearsed(
+        &self,
+        (forecast, exists): (&Forecast, bool),
+        acts: &Acts,
+        perform: impl FnOnce(&Watch<'_>) -> Result<Ended>,
+    ) -> Result<Option<Rehearsed>> {
+        // The course is the same for each of several machines.
+        if self.ranks > 1 {
+            return Ok(self.rehearsed.borrow().clone());
+        }
+        let most_s = self.args.rehearsal_s();
+        let begun_s = forecast.seconds_of(acts.before, &self.speeds, self.threads);
+        let may_be = exists && ranks::all().size() == 1 && self.args.visibilities()?.is_none();
+        if !may_be || begun_s > LEFT * most_s {
+            return Ok(None);
+        }
+        self.context.console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
+        let watch = Watch::new(&self.context.console, most_s);
+        let ended = perform(&watch);
+        let all_s = watch.seconds();
+        self.context.console.event(Event::Done);
+        let over = watch.is_over();
+        let seen = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let found = match ended {
+            Ok(ended) => seen.first_s.map(|first_s| ended.shown(acts, (first_s, all_s), seen.channels.len())),
+            Err(_) if over => seen.course().map(|course| {
+                let first_s = seen.first_s.unwrap_or(seen.last_s);
+                let cycles = acts.cycles.to_vec();
+                let tried = if seen.channels.len() > 1 { Vec::new() } else { timed(acts, cycles, (first_s, seen.last_s)) };
+                Rehearsed { course, tried }
+            }),
+            Err(error) => return Err(error),
+        };
+        self.rehearsed.replace(found.clone());
+        Ok(found)
+    }
+}
+
+/// Times until the first cycle, and of the stages that came after it.
+fn timed(acts: &Acts, cycles: Vec<&'static str>, (first_s, last_s): (f64, f64)) -> Vec<Tried> {
+    let mut all = vec![Tried { stages: acts.before.to_vec(), seconds: first_s }];
+    if last_s > first_s {
+        all.push(Tried { stages: cycles, seconds: last_s - first_s });
+    }
+    all
+}
+
+impl Ended {
+    /// What a whole rehearsal has shown of so many channels.
+    fn shown(&self, acts: &Acts, (first_s, all_s): (f64, f64), channels: usize) -> Rehearsed {
+        let n = channels.max(1) as f64;
+        let (verdict_s, searched) = self.verdict;
+        let made_s = all_s - verdict_s;
+        let mut tried = timed(acts, [acts.cycles, acts.after].concat(), (first_s, made_s));
+        if channels > 1 {
+            // The images of the later channels are made between the cycles.
+            tried = vec![Tried { stages: [acts.before, acts.cycles, acts.after].concat(), seconds: made_s }];
+        }
+        tried.push(Tried { stages: vec!["verdict"], seconds: verdict_s });
+        let course = Course { turns: self.counts.0 / n, steps: self.counts.1 / n, ended: true, searched: Some(searched) };
+        Rehearsed { course, tried }
+    }
+}
+
+impl Rehearsed {
+    /// The forecast of a course at the pace of the rehearsal, from `of`, which makes the forecast of a course.
+    pub(in crate::cli) fn forecast(&self, planner: &Planner<'_>, of: &dyn Fn(Course) -> Forecast) -> Forecast {
+        let all = of(self.course);
+        // The speeds of another machine are taken as they are.
+        if planner.args.has_speeds() {
+            return all;
+        }
+        let part = of(Course { ended: true, ..self.course });
+        all.at_pace(&self.tried, (&part, &planner.speeds, planner.threads))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn cycle(channel: usize, number: usize, iterations: usize) -> Event<'static> {
+        Event::Cycle { channel: Some(channel), number, iterations, peak: 1.0, flux: 1.0, rms: 0.1 }
+    }
+
+    #[test]
+    fn a_course_is_that_of_the_channels_that_have_ended() {
+        let watch = Watch::new(&Silent, 1e9);
+        assert!(watch.seen.lock().unwrap().course().is_none() && !watch.cancelled());
+        [(1, 0), (2, 40), (3, 900)].iter().for_each(|(number, n)| watch.event(cycle(0, *number, *n)));
+        let first = watch.seen.lock().unwrap().course().unwrap();
+        assert_eq!((first.turns, first.steps, first.ended), (2.0, 900.0, false));
+        [(1, 0), (2, 30)].iter().for_each(|(number, n)| watch.event(cycle(1, *number, *n)));
+        let both = watch.seen.lock().unwrap().course().unwrap();
+        assert_eq!((both.turns, both.steps, both.ended), (2.0, 900.0, true));
+        assert!(Watch::new(&Silent, 0.0).cancelled());
+    }
+
+    #[test]
+    fn a_whole_rehearsal_times_its_stages() {
+        let acts = Acts { before: &["read"], cycles: &["minor", "major"], after: &["map"] };
+        let shown = Ended { verdict: (0.5, false), counts: (6.0, 100.0) }.shown(&acts, (1.0, 4.0), 1);
+        assert_eq!(shown.tried.iter().map(|t| t.seconds).collect::<Vec<_>>(), [1.0, 2.5, 0.5]);
+        assert_eq!((shown.course.turns, shown.course.steps, shown.course.searched), (6.0, 100.0, Some(false)));
+        let two = Ended { verdict: (0.5, true), counts: (6.0, 100.0) }.shown(&acts, (1.0, 4.0), 2);
+        assert_eq!((two.tried[0].seconds, two.course.turns, two.course.steps), (3.5, 3.0, 50.0));
+    }
+}
