@@ -186,8 +186,8 @@ impl Rehearsed {
     /// The forecast of a course at the pace of the rehearsal, from `of`, which makes the forecast of a course.
     pub(in crate::cli) fn forecast(&self, planner: &Planner<'_>, of: &dyn Fn(Course) -> Forecast) -> Forecast {
         let all = of(self.course);
-        // The speeds of another machine are taken as they are.
-        if planner.args.has_speeds() {
+        // The speeds of another machine are taken as they are, and so are those of a job with other threads than these.
+        if planner.args.has_speeds() || planner.threads != rayon::current_num_threads() {
             return all;
         }
         let part = of(Course { ended: true, ..self.course });
