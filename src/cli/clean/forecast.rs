@@ -1,6 +1,6 @@
 //! `clean --dry-run`: what CLEAN would take, with the number of cycles that a rehearsal has shown.
 
-use super::CleanCommandArgs;
+use super::{CleanCommandArgs, half_field_rad};
 use crate::calibrate::{ApplyOptions, CalibratedSource, starting_phases};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
@@ -47,11 +47,6 @@ fn scales_of(clean: &CleanOptions, (beam_px, shortest): (f64, f64), grid: &SkyGr
         scales.widths_px = chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m));
     }
     scales.widths_px.iter().filter(|width| **width * shortest <= HALF_POWER).count() as f64
-}
-
-/// Half of the diagonal of an image, rad.
-pub(super) fn half_field_rad(g: &SkyGrid) -> f64 {
-    0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64)
 }
 
 impl CleanCommandArgs {
@@ -115,7 +110,7 @@ impl Plan for CleanCommandArgs {
         let rehearsed = planner.rehearsed((&first, exists), &ACTS, |watch| {
             self.rehearse(source.as_mut(), watch, planner.context).context(format!("imaging {input}"))
         })?;
-        let forecast = rehearsed.map_or(first, |r| r.forecast(planner, &|course| forecast(Some(course))));
+        let forecast = planner.after(rehearsed.as_ref(), first, &|course| forecast(Some(course)));
         let mut facts = facts(outlook);
         if let Some(waves) = &waves {
             say_waves(waves, outlook, &mut facts);

@@ -4,8 +4,6 @@ mod forecast;
 
 pub(super) use forecast::work_of;
 
-use forecast::half_field_rad;
-
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::cli::context::{Context, Outcome};
@@ -65,6 +63,11 @@ impl CleanCommandArgs {
     fn corrected_outputs(&self) -> Vec<PathBuf> {
         if self.correction.pbcor { self.out.all_suffixed(&CORRECTED) } else { Vec::new() }
     }
+}
+
+/// Half of the diagonal of an image, rad.
+fn half_field_rad(g: &SkyGrid) -> f64 {
+    0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64)
 }
 
 /// Deconvolve and write PREFIX-psf, -dirty, -model, -residual, -image .fits and -components.csv.

@@ -27,7 +27,7 @@ mod waves;
 pub(super) use args::ForecastArgs;
 pub(super) use passing::Passing;
 pub(super) use pilot::{Grown, Measured, Scratch, frames_to_make, grown, measured};
-pub(super) use rehearsal::{Acts, Ended, Rehearsed, Watch};
+pub(super) use rehearsal::{Acts, Ended, Watch};
 pub(super) use rendered::{Rendered, rendered};
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;
@@ -36,13 +36,15 @@ pub(super) use waves::{few_points, of_image as waves_of_image, say as say_waves}
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};
 use super::options::SetFiles;
+use super::ranks;
 use super::slurm::Pilot;
-use crate::cost::{InputFormat, Speeds};
+use crate::cost::{Course, Forecast, InputFormat, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::MemoryBudget;
-use crate::progress::Silent;
+use crate::progress::{Event, Observer, Silent};
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
+use rehearsal::{FIRST, Rehearsed, rehearse};
 use serde_json::{Map, Value, json};
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -116,6 +118,42 @@ impl Planner<'_> {
     /// A number of visibilities that cannot be.
     pub(super) fn stretch(&self, found: f64) -> Result<f64> {
         Ok(self.args.visibilities()?.map_or(1.0, |n| n / found.max(1.0)))
+    }
+
+    /// Rehearse a command whose forecast is `first`, where that shows enough: `exists` is true where its set does, and `perform` does the work.
+    ///
+    /// # Errors
+    /// The command would fail.
+    pub(super) fn rehearsed(
+        &self,
+        (first, exists): (&Forecast, bool),
+        acts: &Acts,
+        perform: impl FnOnce(&Watch<'_>) -> Result<Ended>,
+    ) -> Result<Option<Rehearsed>> {
+        // The course is the same for each of several machines.
+        if self.ranks > 1 {
+            return Ok(self.rehearsed.borrow().clone());
+        }
+        let most_s = self.args.rehearsal_s();
+        let first_s = first.seconds_of(acts.before, &self.speeds, self.threads);
+        let may_be = exists && ranks::all().size() == 1 && self.args.visibilities()?.is_none();
+        if !may_be || first_s > FIRST * most_s {
+            return Ok(None);
+        }
+        let console = &self.context.console;
+        console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
+        let found = rehearse((console, most_s), acts, perform);
+        console.event(Event::Done);
+        let found = found?;
+        self.rehearsed.replace(found.clone());
+        Ok(found)
+    }
+
+    /// The forecast of a command after its rehearsal, if there was one: `of` makes the forecast of a course.
+    pub(super) fn after(&self, rehearsed: Option<&Rehearsed>, first: Forecast, of: &dyn Fn(Course) -> Forecast) -> Forecast {
+        // The speeds of another machine are taken as they are, and so are those of a job with other threads than these.
+        let same = !self.args.has_speeds() && self.threads == rayon::current_num_threads();
+        rehearsed.map_or(first, |r| r.forecast(same.then_some((&self.speeds, self.threads)), of))
     }
 
     /// Look at a set and its image. With several processes the outlook is that of one of them.

@@ -1,18 +1,16 @@
 //! A rehearsal: a command is begun, stopped after a while, and its images are thrown away. It shows how many cycles the data ask for, and how fast this machine
 //! makes them.
 
-use super::Planner;
 use crate::cli::failure::Result;
-use crate::cli::ranks;
-use crate::cost::{Course, Forecast, Tried};
+use crate::cost::{Course, Forecast, Speeds, Tried};
 use crate::progress::{Event, Observer};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// A rehearsal takes at most so many seconds, if the user does not say otherwise.
 pub(super) const MOST_S: f64 = 10.0;
-/// It is made where so much of its time is left for the cycles.
-const LEFT: f64 = 0.5;
+/// It is made where the first image takes at most so much of its time.
+pub(super) const FIRST: f64 = 0.5;
 
 /// What a rehearsal has shown.
 #[derive(Debug, Clone)]
@@ -73,6 +71,15 @@ impl Seen {
         let n = ended.max(1);
         Some(Course { turns: of(n, |c| c.turns), steps: of(n, |c| c.steps), ended: ended > 0, searched: None })
     }
+
+    /// What a rehearsal has shown that was stopped.
+    fn shown(&self, acts: &Acts) -> Option<Rehearsed> {
+        let course = self.course()?;
+        let several = self.channels.len() > 1;
+        let first_s = self.first_s.unwrap_or(self.last_s);
+        let tried = if several { Vec::new() } else { timed(acts, acts.cycles.to_vec(), (first_s, self.last_s)) };
+        Some(Rehearsed { course, tried })
+    }
 }
 
 /// Watches a rehearsal, and stops it.
@@ -113,46 +120,23 @@ impl Observer for Watch<'_> {
     }
 }
 
-impl Planner<'_> {
-    /// Rehearse a command whose forecast this is, where that shows enough: `exists` is true where its set does. `perform` does the work.
-    ///
-    /// # Errors
-    /// The command would fail.
-    pub(in crate::cli) fn rehearsed(
-        &self,
-        (forecast, exists): (&Forecast, bool),
-        acts: &Acts,
-        perform: impl FnOnce(&Watch<'_>) -> Result<Ended>,
-    ) -> Result<Option<Rehearsed>> {
-        // The course is the same for each of several machines.
-        if self.ranks > 1 {
-            return Ok(self.rehearsed.borrow().clone());
-        }
-        let most_s = self.args.rehearsal_s();
-        let begun_s = forecast.seconds_of(acts.before, &self.speeds, self.threads);
-        let may_be = exists && ranks::all().size() == 1 && self.args.visibilities()?.is_none();
-        if !may_be || begun_s > LEFT * most_s {
-            return Ok(None);
-        }
-        self.context.console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
-        let watch = Watch::new(&self.context.console, most_s);
-        let ended = perform(&watch);
-        let all_s = watch.seconds();
-        self.context.console.event(Event::Done);
-        let over = watch.is_over();
-        let seen = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let found = match ended {
-            Ok(ended) => seen.first_s.map(|first_s| ended.shown(acts, (first_s, all_s), seen.channels.len())),
-            Err(_) if over => seen.course().map(|course| {
-                let first_s = seen.first_s.unwrap_or(seen.last_s);
-                let cycles = acts.cycles.to_vec();
-                let tried = if seen.channels.len() > 1 { Vec::new() } else { timed(acts, cycles, (first_s, seen.last_s)) };
-                Rehearsed { course, tried }
-            }),
-            Err(error) => return Err(error),
-        };
-        self.rehearsed.replace(found.clone());
-        Ok(found)
+/// Rehearse a command for at most so many seconds: `perform` does the work. Events are not passed on to `of_user`, which may only stop it.
+///
+/// # Errors
+/// The command would fail.
+pub(super) fn rehearse(
+    (of_user, most_s): (&dyn Observer, f64),
+    acts: &Acts,
+    perform: impl FnOnce(&Watch<'_>) -> Result<Ended>,
+) -> Result<Option<Rehearsed>> {
+    let watch = Watch::new(of_user, most_s);
+    let ended = perform(&watch);
+    let (all_s, over) = (watch.seconds(), watch.is_over());
+    let seen = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match ended {
+        Ok(ended) => Ok(seen.first_s.map(|first_s| ended.shown(acts, (first_s, all_s), seen.channels.len()))),
+        Err(_) if over => Ok(seen.shown(acts)),
+        Err(error) => Err(error),
     }
 }
 
@@ -183,15 +167,12 @@ impl Ended {
 }
 
 impl Rehearsed {
-    /// The forecast of a course at the pace of the rehearsal, from `of`, which makes the forecast of a course.
-    pub(in crate::cli) fn forecast(&self, planner: &Planner<'_>, of: &dyn Fn(Course) -> Forecast) -> Forecast {
+    /// The forecast of its course, from `of`, which makes the forecast of a course; at its pace, where the speeds and the threads of the rehearsal are given.
+    pub(super) fn forecast(&self, here: Option<(&Speeds, usize)>, of: &dyn Fn(Course) -> Forecast) -> Forecast {
         let all = of(self.course);
-        // The speeds of another machine are taken as they are, and so are those of a job with other threads than these.
-        if planner.args.has_speeds() || planner.threads != rayon::current_num_threads() {
-            return all;
-        }
+        let Some((speeds, threads)) = here else { return all };
         let part = of(Course { ended: true, ..self.course });
-        all.at_pace(&self.tried, (&part, &planner.speeds, planner.threads))
+        all.at_pace(&self.tried, (&part, speeds, threads))
     }
 }
 

@@ -62,7 +62,7 @@ impl Plan for MemCommandArgs {
         let what = format!("imaging {input}");
         let rehearsed =
             planner.rehearsed((&first, exists), &ACTS, |watch| self.rehearse((source.as_mut(), &what), watch, planner.context))?;
-        let forecast = rehearsed.map_or(first, |r| r.forecast(planner, &|course| forecast(Some(course))));
+        let forecast = planner.after(rehearsed.as_ref(), first, &|course| forecast(Some(course)));
         let mut facts = facts(outlook);
         if let Some(waves) = &waves {
             say_waves(waves, outlook, &mut facts);
