@@ -1,12 +1,14 @@
 //! The `cittert` program: parse, run, print, exit.
 //!
-//! It also says how it takes memory from the system: it keeps what it frees, and small blocks of zeros do not wait for the lock of the heap.
+//! It also says how it takes memory from the system: it keeps what it frees, small blocks of zeros do not wait for the lock of the heap, and pages come
+//! from all NUMA nodes.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     keep_freed_memory();
+    cittert::cli::spread_memory();
     match cittert::cli::run(std::env::args_os()) {
         Ok(()) => {
             cittert::cli::end();

@@ -35,6 +35,7 @@ mod made;
 mod man;
 mod mask;
 mod mem;
+mod memory_nodes;
 mod numbers;
 mod optimize;
 mod options;
@@ -58,6 +59,7 @@ mod verdict;
 mod zero_spacing;
 
 pub use failure::{Failure, Result};
+pub use memory_nodes::spread_memory;
 pub use ranks::{end, fail};
 
 use crate::ensure;
