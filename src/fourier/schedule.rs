@@ -2,6 +2,8 @@
 //! machine at hand has.
 
 use super::sorted_rows::SortedRows;
+use super::turns::reached_rows;
+use super::units::Unit;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -30,35 +32,65 @@ impl Idle {
         self.0[below] + (self.0[above] - self.0[below]) * (power - below as f64)
     }
 
-    /// Tasks of which a free thread takes the next one.
-    fn of_tasks(tasks: &[usize]) -> Self {
-        let total: usize = tasks.iter().sum();
+    /// Tasks of which a free thread takes the next one. Each lies in one of so many rows.
+    fn of_tasks(tasks: &[Task], rows: usize) -> Self {
+        let total: usize = tasks.iter().map(|t| t.work).sum();
         if total == 0 {
             return Self::default();
         }
-        Self(std::array::from_fn(|power| (makespan(tasks, 1 << power) << power) as f64 / total as f64))
+        Self(std::array::from_fn(|power| (makespan(tasks, rows, 1 << power) << power) as f64 / total as f64))
     }
 }
 
-/// Time until the last of some tasks ends, where each free thread takes the next one.
-fn makespan(tasks: &[usize], threads: usize) -> usize {
+/// A task of gridding, in the order of the list.
+#[derive(Debug, Clone, Copy)]
+struct Task {
+    colour: usize,
+    row: usize,
+    work: usize,
+    /// The part of its work after which it waits for the tasks of earlier colours in the rows around it. `None` if it does not wait.
+    alone: Option<usize>,
+}
+
+/// Time until the last task ends, where each free thread takes the next one and waits as gridding does.
+fn makespan(tasks: &[Task], rows: usize, threads: usize) -> usize {
     let mut free: BinaryHeap<Reverse<usize>> = (0..threads.min(tasks.len())).map(|_| Reverse(0)).collect();
+    // When the last task in each row ends: of earlier colours, and of the present one.
+    let (mut earlier, mut present) = (vec![0; rows], vec![0; rows]);
+    let mut colour = 0;
     for task in tasks {
-        if let Some(Reverse(at)) = free.pop() {
-            free.push(Reverse(at + task));
+        if task.colour != colour {
+            earlier.iter_mut().zip(&present).for_each(|(e, p)| *e = (*e).max(*p));
+            colour = task.colour;
         }
+        let Some(Reverse(start)) = free.pop() else { break };
+        let end = task.alone.map_or(start + task.work, |alone| {
+            let ready = reached_rows(task.row, rows).map(|row| earlier[row]).max().unwrap_or(0);
+            (start + alone).max(ready) + task.work - alone
+        });
+        present[task.row] = present[task.row].max(end);
+        free.push(Reverse(end));
     }
     free.into_iter().map(|Reverse(at)| at).max().unwrap_or(0)
 }
 
 impl SortedRows {
-    /// How threads share gridding or prediction. That gridding also waits for tiles of earlier
-    /// colours is left out. With two threads this is rare, with many it is not, and their time is then too short.
-    pub(crate) fn idle(&self) -> Idle {
-        let units = self.colours.iter().flatten();
-        let tasks: Vec<usize> = units.flat_map(|u| &u.pieces).map(|piece| piece.iter().map(|s| s.weight).sum()).collect();
-        Idle::of_tasks(&tasks)
+    /// How threads share gridding on so many rows of tiles. Prediction has the same tasks and does not wait for its turn, so it takes a little less.
+    pub(crate) fn idle(&self, rows: usize) -> Idle {
+        let units = self.colours.iter().enumerate().flat_map(|(colour, units)| units.iter().map(move |u| (colour, u)));
+        let tasks: Vec<Task> = units.flat_map(|(colour, unit)| tasks_of(colour, unit)).collect();
+        Idle::of_tasks(&tasks, rows)
     }
+}
+
+/// The tasks of a unit. Of the pieces of a crowded tile the last one adds all.
+fn tasks_of(colour: usize, unit: &Unit) -> impl Iterator<Item = Task> {
+    let last = unit.pieces.len() - 1;
+    unit.pieces.iter().enumerate().map(move |(k, segments)| {
+        let work = segments.iter().map(|s| s.weight).sum();
+        let first_tile = segments.iter().take_while(|s| s.key == segments[0].key).map(|s| s.weight).sum();
+        Task { colour, row: unit.v, work, alone: (k == last).then_some(first_tile) }
+    })
 }
 
 #[cfg(test)]
@@ -67,7 +99,8 @@ mod tests {
 
     #[test]
     fn threads_wait_for_the_last_task() {
-        let idle = Idle::of_tasks(&[4, 3, 3, 2, 2, 2]);
+        let tasks = [4, 3, 3, 2, 2, 2].map(|work| Task { colour: 0, row: 0, work, alone: None });
+        let idle = Idle::of_tasks(&tasks, 1);
         assert_eq!(idle.at(1), 1.0);
         // Two threads: 4 + 2 + 2 beside 3 + 3 + 2.
         assert_eq!(idle.at(2), 1.0);
@@ -76,6 +109,23 @@ mod tests {
         // More threads than tasks: the longest task.
         assert_eq!(idle.at(8), 8.0 * 4.0 / 16.0);
         assert_eq!(idle.at(3), idle.at(2) + (3.0_f64.log2() - 1.0) * (idle.at(4) - idle.at(2)));
-        assert_eq!((idle.at(0), Idle::of_tasks(&[]).at(7)), (1.0, 1.0));
+        assert_eq!((idle.at(0), Idle::of_tasks(&[], 0).at(7)), (1.0, 1.0));
+    }
+
+    #[test]
+    fn threads_wait_for_the_tiles_around() {
+        let task = |colour, row, work, alone| Task { colour, row, work, alone: Some(alone) };
+        // The second colour waits in the next row after one third of its work, and in a row far away not at all.
+        let near = [task(0, 0, 10, 10), task(1, 2, 6, 2)];
+        let far = [task(0, 0, 10, 10), task(1, 3, 6, 2)];
+        assert_eq!((makespan(&near, 9, 1), makespan(&near, 9, 2)), (16, 14));
+        assert_eq!(makespan(&far, 9, 2), 10);
+        // The last rows of tiles reach over the edge of the grid.
+        assert_eq!(makespan(&[task(0, 0, 10, 10), task(1, 8, 6, 2)], 9, 2), 14);
+        // A task of the same colour never waits, whatever lies between.
+        assert_eq!(makespan(&[task(0, 0, 10, 10), task(0, 0, 6, 2)], 9, 2), 10);
+        // Its colour is two later: it waits for both.
+        assert_eq!(makespan(&[task(0, 0, 3, 3), task(1, 0, 3, 3), task(2, 0, 5, 1)], 1, 3), 3 + 4);
+        assert_eq!(makespan(&[task(0, 0, 3, 3), task(1, 0, 5, 1), task(2, 0, 5, 1)], 1, 3), 3 + 4 + 4);
     }
 }

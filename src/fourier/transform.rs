@@ -11,6 +11,7 @@ use super::plan::{Plan, UvwExtent};
 use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
+use super::schedule::Idle;
 use super::sorted_rows::SortedRows;
 use super::wplanes::WBasis;
 use crate::Result;
@@ -114,6 +115,12 @@ impl<T: Real> Transform<T> {
     /// The image has another shape than the grid, or a pixel is not finite.
     pub fn degridder<P: Real>(&self, plane: ArrayView2<'_, P>) -> Result<Degridder<T>> {
         Degridder::on(Arc::clone(&self.plan), plane)
+    }
+
+    /// How threads share a pass over these rows.
+    #[must_use]
+    pub fn idle(&self, rows: &SortedRows) -> Idle {
+        rows.idle(self.plan.tiles_v())
     }
 
     /// The arithmetic and the memory traffic of one pass over these rows.

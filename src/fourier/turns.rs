@@ -12,6 +12,11 @@ const REACH: usize = 2;
 /// How often a thread looks whether it is its turn before it lets others run.
 const LOOKS: usize = 200;
 
+/// The rows, of so many, whose tiles may reach those of a row.
+pub(super) fn reached_rows(row: usize, rows: usize) -> impl Iterator<Item = usize> {
+    (row + rows - REACH.min(rows)..=row + rows + REACH).map(move |at| at % rows)
+}
+
 /// How many tasks of each colour are left in each row of tiles.
 pub(super) struct Turns {
     /// \[colour, row\].
@@ -50,9 +55,9 @@ impl Turn<'_> {
         }
         let Turns { left, rows } = self.turns;
         for colour in 0..self.colour {
-            for row in self.row + rows - REACH.min(*rows)..=self.row + rows + REACH {
+            for row in reached_rows(self.row, *rows) {
                 let mut looks = 0;
-                while left[colour * rows + row % rows].load(Ordering::Acquire) > 0 {
+                while left[colour * rows + row].load(Ordering::Acquire) > 0 {
                     looks += 1;
                     if looks < LOOKS { std::hint::spin_loop() } else { std::thread::yield_now() }
                 }

@@ -194,7 +194,7 @@ impl RowSample {
             channel_multiply_adds: self.factor * channel_multiply_adds,
             grid_multiply_adds: self.factor * spread_multiply_adds,
             sorted_bytes: self.factor * rows.bytes() as f64,
-            idle: rows.idle(),
+            idle: transform.idle(&rows),
         };
         Ok(Field { size: transform.size(), pass, real_bytes: size_of::<T>(), bands: None })
     }
