@@ -232,12 +232,23 @@ pub fn check_joint(needed: usize) -> Result<()> {
     )))
 }
 
+/// Bytes of memory that the process can take now without harm to others. `None` where the system does not say.
+#[must_use]
+pub fn free_memory() -> Option<u64> {
+    Some(memory_of_machine()?.min(in_meminfo("MemAvailable:")?))
+}
+
+/// Bytes that the system tells under a name.
+fn in_meminfo(name: &str) -> Option<u64> {
+    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info.lines().find_map(|l| l.strip_prefix(name))?;
+    Some(line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * 1024)
+}
+
 /// Bytes of memory of the machine, or of the smallest limit of the control groups that the process is in.
 fn memory_of_machine() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
-    let info = read("/proc/meminfo")?;
-    let line = info.lines().find_map(|l| l.strip_prefix("MemTotal:"))?;
-    let total = line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * 1024;
+    let total = in_meminfo("MemTotal:")?;
     let groups = read("/proc/self/cgroup").unwrap_or_default();
     let group = groups.lines().find_map(|l| l.strip_prefix("0::")).unwrap_or("/");
     // A group is limited by its parents too.
@@ -280,6 +291,7 @@ mod tests {
         assert!(budget.bytes >= LEAST);
         if let Some(all) = memory_of_machine() {
             assert!(budget.bytes <= (all / 2).max(LEAST));
+            assert!(free_memory().is_some_and(|free| 0 < free && free <= all));
         }
     }
 

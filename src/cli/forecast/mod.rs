@@ -40,7 +40,7 @@ use super::ranks;
 use super::slurm::Pilot;
 use crate::cost::{Course, Forecast, InputFormat, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
-use crate::memory::MemoryBudget;
+use crate::memory::{MemoryBudget, free_memory};
 use crate::progress::{Event, Observer, Silent};
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
@@ -120,7 +120,7 @@ impl Planner<'_> {
         Ok(self.args.visibilities()?.map_or(1.0, |n| n / found.max(1.0)))
     }
 
-    /// Rehearse a command whose forecast is `first`, where that shows enough: `exists` is true where its set does, and `perform` does the work.
+    /// Rehearse a command whose forecast is `first`, where that shows enough and the memory that is free holds it: `exists` is true where its set does, and `perform` does the work.
     ///
     /// # Errors
     /// The command would fail.
@@ -137,7 +137,8 @@ impl Planner<'_> {
         let most_s = self.args.rehearsal_s();
         let first_s = first.seconds_of(acts.before, &self.speeds, self.threads);
         let may_be = exists && ranks::all().size() == 1 && self.args.visibilities()?.is_none();
-        if !may_be || first_s > FIRST * most_s {
+        let fits = free_memory().is_none_or(|free| first.peak_bytes(&self.speeds) <= free as f64);
+        if !may_be || !fits || first_s > FIRST * most_s {
             return Ok(None);
         }
         let console = &self.context.console;
