@@ -6,10 +6,12 @@ use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::{angle, beam, note_beam, number};
 use crate::cost::{self, WavePasses};
-use crate::imaging::{CorrectionOptions, DeltaT, Products, delta_t, psf_image};
+use crate::imaging::{CorrectionOptions, DeltaT, Imager, ImagingOptions, Products, delta_t, psf_image};
+use crate::progress::Observer;
+use cittert_arrays::VisibilitySource;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `beam`.
 #[derive(Debug, Args)]
@@ -80,7 +82,12 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
 
 impl Plan for BeamArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.of.planned("beam", planner, (cost::beam, WavePasses::of_beam))
+        let perform = |source: &mut dyn VisibilitySource, imaging: ImagingOptions, (path, watch): (&Path, &dyn Observer)| {
+            let mut imager = Imager::new(source, imaging, watch)?;
+            let (image, _) = psf_image(&mut imager, watch)?;
+            self.of.out.signed_image(path, &image)
+        };
+        self.of.planned("beam", planner, (cost::beam, WavePasses::of_beam), Some(&perform))
     }
 
     fn output(&self) -> &std::path::Path {

@@ -8,11 +8,14 @@ use super::text::{angle, number};
 use super::zero_spacing;
 use crate::cost::{self, WavePasses};
 use crate::fidelity::robust_rms;
-use crate::imaging::{CorrectionOptions, dirty_image};
+use crate::imaging::{CorrectionOptions, Imager, ImagingOptions, dirty_image};
+use crate::progress::Observer;
+use cittert_arrays::VisibilitySource;
 use clap::Args;
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 use serde_json::json;
+use std::path::Path;
 
 /// Options of `dirty`.
 #[derive(Debug, Args)]
@@ -88,7 +91,13 @@ fn peak_and_squares(line: ArrayView1<'_, f32>) -> (f32, f64) {
 
 impl Plan for DirtyArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.of.planned("dirty", planner, (cost::dirty, WavePasses::of_dirty))
+        let perform = |source: &mut dyn VisibilitySource, imaging: ImagingOptions, (path, watch): (&Path, &dyn Observer)| {
+            let mut imager = Imager::of_one_image(source, imaging, watch)?;
+            let image = dirty_image(&mut imager, true, watch)?;
+            let (written, _) = rayon::join(|| self.of.out.signed_image(path, &image), || Pixels::of(image.plane(0, 0)));
+            written
+        };
+        self.of.planned("dirty", planner, (cost::dirty, WavePasses::of_dirty), Some(&perform))
     }
 
     fn output(&self) -> &std::path::Path {

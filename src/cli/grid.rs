@@ -51,7 +51,7 @@ pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
 impl Plan for GridArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.of.no_range(NO_WAVES)?;
-        self.of.planned("grid", planner, (cost::grid, |_| WavePasses::default()))
+        self.of.planned("grid", planner, (cost::grid, |_| WavePasses::default()), None)
     }
 
     fn output(&self) -> &std::path::Path {

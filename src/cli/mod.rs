@@ -176,10 +176,15 @@ impl Command {
         matches!(self, Grid(_) | Beam(_) | Dirty(_) | Clean(_) | Mem(_) | Selfcal(_))
     }
 
-    /// Run the subcommand on the threads that suit it. A loop that begins outside of the pool wakes one of its threads and waits for it, and imaging has
-    /// thousands of short loops.
+    /// Do the work of the subcommand, or a forecast of it, on the threads that suit it. A loop that begins outside of the pool wakes one of its threads and waits
+    /// for it, and imaging has thousands of short loops.
+    fn on_its_threads<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        if self.images() { on_the_pool(work) } else { work() }
+    }
+
+    /// Run the subcommand on these threads.
     fn perform(&self, context: &Context) -> Result<Outcome> {
-        if self.images() { on_the_pool(|| self.run(context)) } else { self.run(context) }
+        self.on_its_threads(|| self.run(context))
     }
 
     /// The subcommand as one whose time and memory are known before.
@@ -263,7 +268,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         forecast::forecast(plans, &cli.forecast, (&context, plan_words))
     };
     let outputs = Together::begin();
-    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.perform(&context) });
+    let perform = || if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) };
+    let outcome = guarded(|| cli.command.on_its_threads(perform));
     take_notes().iter().for_each(|note| context.console.note(note));
     let outcome = outcome?;
     // No output gets its name before every process has done its part.

@@ -3,7 +3,7 @@
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::forecast::{Plan, Planner, Sampling, Told, format_of};
+use super::forecast::{FirstRows, Plan, Planner, Sampling, Told, format_of};
 use super::options::{OutputArgs, SceneArgs, SetArgs, SetFiles, model_surface, range_file};
 use super::planned::check_room_for_set;
 use super::ranks;
@@ -15,13 +15,15 @@ use crate::nearfield::RangeChoice;
 use crate::progress::{Event, Observer};
 use crate::simulate::{Method, SceneOptions, SkyModel};
 use cittert_arrays::{
-    ArrayError, InTurn, PhaseCenter, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block, rows_of_block,
+    Alone, ArrayError, InTurn, PhaseCenter, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block,
+    rows_of_block,
 };
 use cittert_formats::{ColumnSink, CreateOptions, Edit, VisColumn};
 use clap::Args;
 use ndarray::Array3;
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Options of `predict`.
 #[derive(Debug, Args)]
@@ -280,11 +282,32 @@ impl Plan for PredictArgs {
             epsilon: self.epsilon,
             no_w: self.no_w,
         };
-        let (work, facts) = match &self.range {
-            Some(choice) => how.near_work(&sky, &model_surface(choice, &header.near_field)?, &header)?,
-            None => how.work(&sky, coverage.uvw_m)?,
-        };
-        Ok(Told { command: "predict", forecast: cost::predict(&work, format_of(&input, planner.context)?), facts })
+        let format = format_of(&input, planner.context)?;
+        if let Some(choice) = &self.range {
+            let (work, facts) = how.near_work(&sky, &model_surface(choice, &header.near_field)?, &header)?;
+            return Ok(Told { command: "predict", forecast: cost::predict(&work, format), facts });
+        }
+        let (work, facts) = how.work(&sky, coverage.uvw_m)?;
+        let of = |n: f64| cost::predict(&work.of_rows(n), format);
+        // Columns beside the data are written otherwise.
+        let exists = self.into.is_empty() && input.exist(planner.context);
+        let stages = (&["read", "predict"][..], n_rows);
+        let forecast = planner.tried(
+            (of(work.rows), exists),
+            stages,
+            source.as_mut(),
+            |_, n| Ok(of(n as f64)),
+            |source, n, (folder, watch)| {
+                let mut rows = FirstRows::new(source, n);
+                let accuracy = Accuracy { epsilon: self.epsilon, no_w: self.no_w };
+                let mut model = SkyPrediction::new(&header, &sky, accuracy, watch)?;
+                let mut sink = cittert_formats::create_visibilities(&folder.join("set.uvh5"), &header, false)?.sink;
+                let mut tally = Tally { header: &header, keeps_flags: false, residual: self.residual, sums: [0.0; 3] };
+                in_turn(&mut rows, &mut model, &mut tally, &mut InTurn::new(Arc::new(Alone), Some(sink.as_mut())), watch)?;
+                Ok(sink.finish()?)
+            },
+        )?;
+        Ok(Told { command: "predict", forecast, facts })
     }
 
     fn output(&self) -> &Path {

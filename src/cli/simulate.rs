@@ -18,7 +18,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::Silent;
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
-use cittert_arrays::{InTurn, VisUnit, VisibilitySink};
+use cittert_arrays::{InTurn, UvCoverage, VisUnit, VisibilitySink};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -236,6 +236,21 @@ impl Plan for SimulateArgs {
             None => how.work(&sky, coverage.uvw_m)?,
         };
         let mut forecast = cost::simulate(&work, &traced.and(&ranged));
+        if surface.is_none() {
+            let of = |_: &mut (), n: usize| Ok(cost::simulate(&work.of_rows(n as f64), &traced.and(&ranged)));
+            forecast = planner.tried((forecast, true), (&["simulate"], plan.n_rows()), &mut (), of, |_, n, (folder, watch)| {
+                let mut simulator = Simulator::new(simulator.header().clone(), &sky, &self.how, watch)?;
+                let mut sink = cittert_formats::create_visibilities(&folder.join("set.uvh5"), simulator.header(), false)?.sink;
+                let mut left = n;
+                let mut blocks = plan.blocks(BLOCK_ROWS.min(n)).take_while(|block| {
+                    let more = left > 0;
+                    left = left.saturating_sub(block.as_ref().map_or(0, UvCoverage::n_rows));
+                    more
+                });
+                simulator.run(&mut blocks, None, sink.as_mut(), watch)?;
+                Ok(sink.finish()?)
+            })?;
+        }
         if self.air.atmosphere.atmosphere.is_some() || !self.antennas.errors(self.how.seed, unit)?.errors.is_empty() {
             forecast.assumptions.push("air over the array and antennas that differ are not counted".into());
         }

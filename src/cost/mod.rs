@@ -61,7 +61,7 @@ pub use converted::{Conversion, Gained, convert, gained};
 pub use entropy::{EntropyWork, entropy};
 pub use image::{InputFormat, beam, dirty, grid};
 pub use joint::{JointTimes, joint};
-pub use rehearsed::{Course, Tried};
+pub use rehearsed::{Course, Pace, Tried};
 pub use sampled::{SampledWork, predict, simulate};
 pub use scale::Scale;
 pub use speeds::Speeds;

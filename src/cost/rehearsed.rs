@@ -39,19 +39,37 @@ impl Forecast {
         self.stages.iter().filter(|s| names.contains(&s.name)).map(|s| s.seconds(speeds, threads)).sum()
     }
 
-    /// The same forecast at the pace of a rehearsal, which took these times for what `part` says. A second image goes at the pace of all that was tried, and what is of
-    /// another kind, such as writing, as before.
+    /// The same forecast at this pace. A second image goes as all that was tried, and what is of another kind, such as writing, as before.
     #[must_use]
-    pub fn at_pace(mut self, tried: &[Tried], (part, speeds, threads): (&Self, &Speeds, usize)) -> Self {
-        let said: Vec<f64> = tried.iter().map(|t| part.seconds_of(&t.stages, speeds, threads)).collect();
-        let ratio = |seconds: f64, said: f64| if said > 0.0 { seconds / said } else { 1.0 };
-        let all = ratio(tried.iter().map(|t| t.seconds).sum(), said.iter().sum());
+    pub fn at_pace(mut self, pace: &Pace) -> Self {
         for stage in &mut self.stages {
-            let own = tried.iter().zip(&said).find(|(t, said)| t.stages.contains(&stage.name) && **said > 0.0);
-            let like_all = if stage.name == "second image" { all } else { stage.pace };
-            stage.pace = own.map_or(like_all, |(t, said)| ratio(t.seconds, *said));
+            let own = pace.of_stages.iter().find(|(names, _)| names.contains(&stage.name)).map(|(_, ratio)| *ratio);
+            let like_all = if stage.name == "second image" { pace.of_all } else { stage.pace };
+            stage.pace = own.unwrap_or(like_all);
         }
         self
+    }
+}
+
+/// How much longer the stages of a command take on this machine than their forecast says. It is the same for any share of the rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pace {
+    /// Stages that were tried together, and the ratio.
+    of_stages: Vec<(Vec<&'static str>, f64)>,
+    /// The ratio of all that was tried, at which a second image goes.
+    of_all: f64,
+}
+
+impl Pace {
+    /// The pace of what was tried, where `part` is its forecast.
+    #[must_use]
+    pub fn new(tried: &[Tried], (part, speeds, threads): (&Forecast, &Speeds, usize)) -> Self {
+        let said = |t: &Tried| part.seconds_of(&t.stages, speeds, threads);
+        let ratio = |seconds: f64, said: f64| if said > 0.0 { seconds / said } else { 1.0 };
+        let known = tried.iter().filter(|t| said(t) > 0.0);
+        let of_stages = known.map(|t| (t.stages.clone(), ratio(t.seconds, said(t)))).collect();
+        let of_all = ratio(tried.iter().map(|t| t.seconds).sum(), tried.iter().map(said).sum());
+        Self { of_stages, of_all }
     }
 }
 
@@ -78,10 +96,11 @@ mod tests {
             ..Forecast::default()
         };
         let tried = [Tried { stages: vec!["read"], seconds: 2.0 }, Tried { stages: vec!["cycles"], seconds: 2.0 }];
-        let made = of(20.0).at_pace(&tried, (&of(4.0), &speeds, 1));
+        let pace = Pace::new(&tried, (&of(4.0), &speeds, 1));
+        let made = of(20.0).at_pace(&pace);
         let seconds: Vec<f64> = made.stages.iter().map(|s| s.seconds(&speeds, 1)).collect();
         // What was tried took 4 s for 5.
         assert_eq!(seconds, [0.1, 2.0, 10.0, 2.0, 8.0]);
-        assert_eq!(of(20.0).at_pace(&[], (&of(4.0), &speeds, 1)), of(20.0));
+        assert_eq!(of(20.0).at_pace(&Pace::new(&[], (&of(4.0), &speeds, 1))), of(20.0));
     }
 }

@@ -47,6 +47,14 @@ pub struct SampledWork {
 }
 
 impl SampledWork {
+    /// The same for so many of the rows.
+    #[must_use]
+    pub fn of_rows(&self, rows: f64) -> Self {
+        let part = rows / self.rows.max(1.0);
+        let image = self.image.map(|(field, planes)| (Field { pass: field.pass.part(part), ..field }, planes));
+        Self { rows, image, near: self.near.clone(), ..*self }
+    }
+
     fn values(&self) -> f64 {
         self.rows * self.channels_out * self.products
     }

@@ -61,13 +61,14 @@ impl Scale {
         })
     }
 
-    /// Seconds of the test of this kind.
+    /// Seconds of the test of this kind; 1 where there is none.
     #[must_use]
     pub fn of(&self, kind: Kind) -> f64 {
         match kind {
             Kind::Grid => self.grid_s,
             Kind::Fourier => self.fourier_s,
             Kind::Stream => self.stream_s,
+            Kind::Same => 1.0,
         }
     }
 }

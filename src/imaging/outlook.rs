@@ -62,10 +62,16 @@ pub struct PassCounts {
 impl PassCounts {
     /// The work of one of so many processes that share the rows.
     #[must_use]
-    pub fn shared(mut self, ranks: usize) -> Self {
+    pub fn shared(self, ranks: usize) -> Self {
+        self.part(1.0 / ranks.max(1) as f64)
+    }
+
+    /// The work of this part of the rows.
+    #[must_use]
+    pub fn part(mut self, part: f64) -> Self {
         let p = &mut self;
         for x in [&mut p.visibilities, &mut p.nodes, &mut p.channel_multiply_adds, &mut p.grid_multiply_adds, &mut p.sorted_bytes] {
-            *x /= ranks.max(1) as f64;
+            *x *= part;
         }
         self
     }

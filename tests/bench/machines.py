@@ -34,5 +34,6 @@ def read_old(gauges):
     kinds = dict(re.findall(r'^    \w+ = "([a-z0-9.-]+)", (\w+);', TERMS.read_text(), re.M))
     for term, s in old["seconds"].items():
         gauge = f"{kinds[term].lower()}-s"
-        old["seconds"][term] = s * gauges[gauge] / old["gauges"][gauge]
+        if gauge in gauges:
+            old["seconds"][term] = s * gauges[gauge] / old["gauges"][gauge]
     return old

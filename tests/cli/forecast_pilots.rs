@@ -88,10 +88,40 @@ fn a_rehearsal_shows_how_many_cycles_the_data_ask_for() {
         assert!(told(&planned(&s, &format!("clean v.uvh5 -o out --size 128 {options}"))).contains("on average"), "{options}");
         assert!(!told(&planned(&s, &format!("{line} {options}"))).contains("rehearsal"), "{options}");
     }
-    // Each of several machines makes the cycles of the rehearsal.
-    assert!(told(&planned(&s, "clean v.uvh5 -o out --size 128 --niter 90 --nodes 2 --rehearse 10min")).contains("as in a rehearsal"));
+    // Each of several machines makes the cycles of the rehearsal, and goes at its pace with its share of the rows.
+    let shared = planned(&s, "clean v.uvh5 -o out --size 128 --niter 90 --nodes 2 --rehearse 10min");
+    assert!(told(&shared).contains("as in a rehearsal"), "{shared}");
+    let share = seconds(&shared["cluster"], "read") / seconds(&shared, "read");
+    assert!((share - 0.5).abs() < 0.01, "{share}: {shared}");
     s.fails("clean v.uvh5 -o out --size 128 --rehearse 5s", 2, &["--rehearse", "--dry-run"]);
     s.fails("clean v.uvh5 -o out --size 128 --dry-run --rehearse 5", 2, &["--rehearse", "has no unit"]);
+}
+
+/// Commands without cycles are done for some of their rows, or for all of few. Another machine, and a set that does not exist as it is, have no pace.
+#[test]
+fn a_rehearsal_shows_the_pace_of_the_machine() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
+    let simulate = "simulate --layout mm-y --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 4";
+    s.ok(&format!("{simulate} -o v.uvh5"));
+    let image = "--size 128 --cell 0.5mrad";
+    for command in [
+        format!("dirty v.uvh5 -o out.fits {image}"),
+        format!("dirty v.uvh5 -o out.fits {image} --weighting natural"),
+        "dirty v.uvh5 -o out.fits".into(),
+        format!("beam v.uvh5 -o out.fits {image}"),
+        format!("{simulate} --noise --sefd 20Jy -o out.uvh5"),
+        "predict v.uvh5 --model s.csv -o out.uvh5".into(),
+    ] {
+        let told = |options: &str| planned(&s, &format!("{command} {options}"))["assumptions"].to_string();
+        // However slow the machine is, this rehearsal comes to its end.
+        assert!(told("--rehearse 10min").contains("a rehearsal of 990 of 990"), "{command}: {}", told("--rehearse 10min"));
+        for without in ["--rehearse 0s", "--visibilities 1e7"] {
+            assert!(!told(without).contains("rehearsal"), "{command} {without}");
+        }
+        let shared = planned(&s, &format!("{command} --nodes 2 --rehearse 10min"));
+        assert!(shared["cluster"]["seconds"].as_f64().unwrap() > 0.0, "{shared}");
+    }
 }
 
 /// A joint solution of image and gains needs more evaluations with held-out baselines, and a set that a run would make has one too.

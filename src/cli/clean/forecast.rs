@@ -4,19 +4,19 @@ use super::{CleanCommandArgs, half_field_rad};
 use crate::calibrate::{ApplyOptions, CalibratedSource, starting_phases};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
-use crate::cli::forecast::{Acts, Ended, Plan, Planner, Told, Watch, facts, format_of, say_waves, waves_of_image};
+use crate::cli::forecast::{Acts, Ended, Plan, Planner, Scratch, Told, Watch, facts, format_of, say_waves, waves_of_image};
 use crate::cli::options::{loaded, with_range};
 use crate::cli::verdict;
 use crate::cost::{self, CleanWork, Course, WavePasses};
 use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::{Imager, Outlook, clean_once};
-use cittert_arrays::{SkyGrid, VisibilitySource};
+use cittert_arrays::{Image, SkyGrid, VisibilitySource};
 
 /// The stages that a rehearsal times.
 const ACTS: Acts = Acts {
     before: &["test of phases", "weights of the test", "read", "weights", "beam", "dirty image"],
     cycles: &["scales", "minor cycles", "major cycles", "spherical waves"],
-    after: &[],
+    after: &["restored image", "write"],
 };
 
 /// The work of one CLEAN by a deconvolver with these options.
@@ -50,7 +50,7 @@ fn scales_of(clean: &CleanOptions, (beam_px, shortest): (f64, f64), grid: &SkyGr
 }
 
 impl CleanCommandArgs {
-    /// Clean the data and judge the model, which is then thrown away.
+    /// Clean the data and judge the model. All images are then thrown away.
     fn rehearse(&self, source: &mut dyn VisibilitySource, watch: &Watch<'_>, context: &Context) -> Result<Ended> {
         let imaging = with_range(&self.imaging)?;
         let imager = Imager::new(source, imaging.clone(), watch)?;
@@ -73,14 +73,21 @@ impl CleanCommandArgs {
         Ok(Ended { counts, verdict: verdict::timed(data, (model, &imaging), context)? })
     }
 
-    /// The model, and the cycles and components of all output channels.
-    fn model(&self, mut imager: Imager<'_>, watch: &Watch<'_>) -> Result<(cittert_arrays::Image, (f64, f64))> {
+    /// The model, and the cycles and components of all output channels. The images are written where there is room for them.
+    fn model(&self, mut imager: Imager<'_>, watch: &Watch<'_>) -> Result<(Image, (f64, f64))> {
         let options = loaded(&self.clean, imager.grid())?;
         let cleaned = clean_once(&mut imager, &options, watch)?;
         let (cycles, components) = cleaned.counts();
-        Ok((cleaned.into_model(&imager)?, (cycles as f64, components as f64)))
+        let pixels = (imager.grid().n_l * imager.grid().n_m * imager.channels().len()) as f64;
+        let scratch = Scratch::with_room(PIXEL * pixels);
+        let (_, model) = cleaned.deliver(&imager, |_, image| scratch.as_ref().map_or(Ok(()), |s| s.image(&image)))?;
+        scratch.map_or(Ok(()), |s| s.image(&model))?;
+        Ok((model, (cycles as f64, components as f64)))
     }
 }
+
+/// Bytes of a pixel of a file.
+const PIXEL: f64 = 4.0;
 
 impl Plan for CleanCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {

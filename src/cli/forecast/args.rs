@@ -37,7 +37,7 @@ pub(in crate::cli) struct ForecastArgs {
     /// With --dry-run: the speeds of another machine, as `make bench-book` writes them.
     #[arg(long, global = true, value_name = "TOML")]
     speeds: Option<PathBuf>,
-    /// With --dry-run: begin clean or mem for at most so long, to see how many cycles the data ask for; 0s for no rehearsal [default: 10s].
+    /// With --dry-run: rehearse for at most so long, to see how fast this machine is and how many cycles the data ask for; 0s for no rehearsal [default: 10s].
     #[arg(long, global = true, value_name = "TIME")]
     rehearse: Option<Duration>,
 }

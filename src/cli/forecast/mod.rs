@@ -3,6 +3,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `args` | the options |
+//! | `first_rows` | the rows on which a command is tried |
 //! | `passing` | the work of commands that read rows and write them again |
 //! | `rehearsal` | a command that is begun and stopped, which shows how many cycles its data ask for |
 //! | `pilot` | the time and the memory of a small part of the work, which is done and thrown away |
@@ -15,6 +16,7 @@
 //! The file of each command says how its options become work, in a function `forecast`.
 
 mod args;
+mod first_rows;
 mod passing;
 mod pilot;
 mod rehearsal;
@@ -25,6 +27,7 @@ mod told;
 mod waves;
 
 pub(super) use args::ForecastArgs;
+pub(super) use first_rows::FirstRows;
 pub(super) use passing::Passing;
 pub(super) use pilot::{Grown, Measured, Scratch, frames_to_make, grown, measured};
 pub(super) use rehearsal::{Acts, Ended, Watch};
@@ -33,18 +36,19 @@ pub(super) use sampling::Sampling;
 pub(super) use told::Told;
 pub(super) use waves::{few_points, of_image as waves_of_image, say as say_waves};
 
+use super::console::Console;
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};
 use super::options::SetFiles;
 use super::ranks;
 use super::slurm::Pilot;
-use crate::cost::{Course, Forecast, InputFormat, Speeds};
+use crate::cost::{Course, Forecast, InputFormat, Pace, Speeds, Tried};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::{MemoryBudget, free_memory};
 use crate::progress::{Event, Observer, Silent};
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
-use rehearsal::{FIRST, Rehearsed, rehearse};
+use rehearsal::{FIRST, Rehearsed, rehearse, try_out};
 use serde_json::{Map, Value, json};
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -64,6 +68,8 @@ pub(super) struct Planner<'a> {
     pub(super) words: PlanWords,
     /// What a rehearsal has shown on this machine.
     rehearsed: RefCell<Option<Rehearsed>>,
+    /// How fast this machine was at what was tried.
+    pace: RefCell<Option<Pace>>,
 }
 
 /// A function that makes the forecast of the words of a command line.
@@ -84,7 +90,7 @@ pub(super) trait Plan {
 impl<'a> Planner<'a> {
     /// For one process on this machine.
     fn new(args: &'a ForecastArgs, context: &'a Context, (speeds, threads): (Speeds, usize), words: PlanWords) -> Self {
-        Self { args, context, speeds, threads, ranks: 1, words, rehearsed: RefCell::default() }
+        Self { args, context, speeds, threads, ranks: 1, words, rehearsed: RefCell::default(), pace: RefCell::default() }
     }
 }
 
@@ -136,25 +142,88 @@ impl Planner<'_> {
         }
         let most_s = self.args.rehearsal_s();
         let first_s = first.seconds_of(acts.before, &self.speeds, self.threads);
-        let may_be = exists && ranks::all().size() == 1 && self.args.visibilities()?.is_none();
-        let fits = free_memory().is_none_or(|free| first.peak_bytes(&self.speeds) <= free as f64);
-        if !may_be || !fits || first_s > FIRST * most_s {
+        if !self.may_try(first, exists)? || first_s > FIRST * most_s {
             return Ok(None);
         }
-        let console = &self.context.console;
-        console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
-        let found = rehearse((console, most_s), acts, perform);
-        console.event(Event::Done);
-        let found = found?;
+        let found = self.told_as_rehearsal(|console| rehearse((console, most_s), acts, perform))?;
         self.rehearsed.replace(found.clone());
         Ok(found)
     }
 
     /// The forecast of a command after its rehearsal, if there was one: `of` makes the forecast of a course.
     pub(super) fn after(&self, rehearsed: Option<&Rehearsed>, first: Forecast, of: &dyn Fn(Course) -> Forecast) -> Forecast {
-        // The speeds of another machine are taken as they are, and so are those of a job with other threads than these.
-        let same = !self.args.has_speeds() && self.threads == rayon::current_num_threads();
-        rehearsed.map_or(first, |r| r.forecast(same.then_some((&self.speeds, self.threads)), of))
+        let Some(rehearsed) = rehearsed else { return first };
+        if self.ranks == 1 {
+            self.keep_pace(&rehearsed.tried, &of(Course { ended: true, ..rehearsed.course }));
+        }
+        self.at_pace(of(rehearsed.course))
+    }
+
+    /// The forecast `first` of a command at the pace of this machine: `perform` does its `stages` for so many of the rows of its set, and writes into a folder that is removed
+    /// afterwards. `of` makes the forecast of so many rows. `exists` is true where the set does, and `state` is what both work with.
+    ///
+    /// # Errors
+    /// The command would fail.
+    pub(super) fn tried<S: ?Sized>(
+        &self,
+        (first, exists): (Forecast, bool),
+        (stages, rows): (&[&'static str], usize),
+        state: &mut S,
+        of: impl Fn(&mut S, usize) -> Result<Forecast>,
+        perform: impl FnOnce(&mut S, usize, (&Path, &Watch<'_>)) -> Result<()>,
+    ) -> Result<Forecast> {
+        let most_s = self.args.rehearsal_s();
+        let (said, enough) = (first.seconds_of(stages, &self.speeds, self.threads), FIRST * most_s);
+        let n = if said > enough { (rows as f64 * enough / said) as usize } else { rows };
+        if n == 0 || !self.is_this_machine() || !self.may_try(&first, exists)? {
+            return Ok(self.at_pace(first));
+        }
+        let part = if n < rows { of(state, n)? } else { first.clone() };
+        // Images whose pixels alone take too long are left alone.
+        let short = part.seconds_of(stages, &self.speeds, self.threads) <= most_s;
+        let Some(scratch) = Scratch::with_room(first.output_bytes).filter(|_| short) else { return Ok(first) };
+        let done = self.told_as_rehearsal(|console| try_out((console, most_s), |watch| perform(state, n, (scratch.path(), watch))))?;
+        let mut forecast = first;
+        if let Some((seconds, ())) = done {
+            self.keep_pace(&[Tried { stages: stages.to_vec(), seconds }], &part);
+            forecast.assumptions.push(format!("all rows take the time that a rehearsal of {n} of {rows} says, on this machine"));
+        }
+        Ok(self.at_pace(forecast))
+    }
+
+    /// True where a command whose forecast is `first` may be tried here.
+    fn may_try(&self, first: &Forecast, exists: bool) -> Result<bool> {
+        let fits = || free_memory().is_none_or(|free| first.peak_bytes(&self.speeds) <= free as f64);
+        let alone = self.ranks == 1 && ranks::all().size() == 1;
+        Ok(alone && exists && self.args.visibilities()?.is_none() && self.args.rehearsal_s() > 0.0 && fits())
+    }
+
+    /// True where the forecast is for this machine. The speeds of another one are taken as they are, and so are those of a job with other threads.
+    fn is_this_machine(&self) -> bool {
+        !self.args.has_speeds() && self.threads == rayon::current_num_threads()
+    }
+
+    /// Keep the pace of what was tried, where `part` is its forecast.
+    fn keep_pace(&self, tried: &[Tried], part: &Forecast) {
+        if self.is_this_machine() {
+            self.pace.replace(Some(Pace::new(tried, (part, &self.speeds, self.threads))));
+        }
+    }
+
+    /// A forecast at the pace that is known, if there is one. It is the same for each of several machines.
+    fn at_pace(&self, forecast: Forecast) -> Forecast {
+        match &*self.pace.borrow() {
+            Some(pace) => forecast.at_pace(pace),
+            None => forecast,
+        }
+    }
+
+    fn told_as_rehearsal<T>(&self, work: impl FnOnce(&Console) -> T) -> T {
+        let console = &self.context.console;
+        console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
+        let done = work(console);
+        console.event(Event::Done);
+        done
     }
 
     /// Look at a set and its image. With several processes the outlook is that of one of them.

@@ -2,7 +2,10 @@
 
 use crate::cli::failure::Result;
 use crate::cli::slurm::Pilot;
+use cittert_arrays::Image;
 use cittert_formats::atomic::{AtomicDir, Replaces};
+use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_formats::free_disk;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -95,6 +98,20 @@ impl Scratch {
         Ok(Self(AtomicDir::create(&std::env::temp_dir().join(name), false, Replaces::FilesOf("cittert --dry-run"))?))
     }
 
+    /// A folder for files of so many bytes. `None` where there is no room for them.
+    pub(in crate::cli) fn with_room(bytes: f64) -> Option<Self> {
+        let scratch = Self::new().ok()?;
+        free_disk(scratch.path()).is_none_or(|free| free as f64 > 2.0 * bytes).then_some(scratch)
+    }
+
+    /// Write an image in place of the one before.
+    ///
+    /// # Errors
+    /// An error of the file system.
+    pub(in crate::cli) fn image<P: Copy + Into<f64> + Sync>(&self, image: &Image<P>) -> Result<()> {
+        Ok(write_image(&self.path().join("image.fits"), image, ImageOptions { overwrite: true, ..ImageOptions::default() })?)
+    }
+
     /// The folder.
     pub(in crate::cli) fn path(&self) -> &Path {
         self.0.path()
@@ -133,5 +150,6 @@ mod tests {
         assert!(path.join("a").exists() && done.seconds >= 0.0);
         drop(scratch);
         assert!(!path.exists());
+        assert!(Scratch::with_room(1e6).is_some() && Scratch::with_room(1e30).is_none());
     }
 }

@@ -2,7 +2,7 @@
 //! makes them.
 
 use crate::cli::failure::Result;
-use crate::cost::{Course, Forecast, Speeds, Tried};
+use crate::cost::{Course, Tried};
 use crate::progress::{Event, Observer};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -166,13 +166,19 @@ impl Ended {
     }
 }
 
-impl Rehearsed {
-    /// The forecast of its course, from `of`, which makes the forecast of a course; at its pace, where the speeds and the threads of the rehearsal are given.
-    pub(super) fn forecast(&self, here: Option<(&Speeds, usize)>, of: &dyn Fn(Course) -> Forecast) -> Forecast {
-        let all = of(self.course);
-        let Some((speeds, threads)) = here else { return all };
-        let part = of(Course { ended: true, ..self.course });
-        all.at_pace(&self.tried, (&part, speeds, threads))
+/// Do some work for at most so many seconds, and throw it away: its time, s, and what it returns. `None` where it takes longer.
+///
+/// # Errors
+/// The work would fail.
+pub(super) fn try_out<T>(
+    (of_user, most_s): (&dyn Observer, f64),
+    perform: impl FnOnce(&Watch<'_>) -> Result<T>,
+) -> Result<Option<(f64, T)>> {
+    let watch = Watch::new(of_user, most_s);
+    match perform(&watch) {
+        Ok(done) => Ok(Some((watch.seconds(), done))),
+        Err(_) if watch.is_over() && !of_user.cancelled() => Ok(None),
+        Err(error) => Err(error),
     }
 }
 
@@ -196,6 +202,16 @@ mod tests {
         let both = watch.seen.lock().unwrap().course().unwrap();
         assert_eq!((both.turns, both.steps, both.ended), (2.0, 900.0, true));
         assert!(Watch::new(&Silent, 0.0).cancelled());
+    }
+
+    #[test]
+    fn work_is_tried_for_a_while() {
+        let (seconds, done) = try_out((&Silent, 1e9), |watch| Ok(watch.cancelled())).unwrap().unwrap();
+        assert!(seconds >= 0.0 && !done);
+        // It is stopped, or fails for another reason.
+        let stopped = |_: &Watch<'_>| -> Result<()> { Err(crate::ChainError::Cancelled.into()) };
+        assert!(try_out((&Silent, 0.0), stopped).unwrap().is_none());
+        assert!(try_out((&Silent, 1e9), stopped).is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::{MemCommandArgs, closure_forecast, imaged};
 use crate::cli::context::Context;
 use crate::cli::failure::Result;
-use crate::cli::forecast::{Acts, Ended, Plan, Planner, Told, Watch, facts, format_of, say_waves, waves_of_image};
+use crate::cli::forecast::{Acts, Ended, Plan, Planner, Scratch, Told, Watch, facts, format_of, say_waves, waves_of_image};
 use crate::cli::options::with_range;
 use crate::cli::verdict;
 use crate::cost::{self, Course, EntropyWork, WavePasses};
@@ -14,7 +14,7 @@ use cittert_arrays::VisibilitySource;
 const ACTS: Acts = Acts {
     before: &["read", "weights", "beam", "statistics", "beam of the data"],
     cycles: &["passes", "solver", "spherical waves"],
-    after: &["residual", "restored image", "uncertainty", "last evaluation"],
+    after: &["residual", "restored image", "uncertainty", "last evaluation", "write"],
 };
 
 impl MemCommandArgs {
@@ -24,6 +24,10 @@ impl MemCommandArgs {
         let (products, ..) = imaged(self, (source, what), (&imaging, watch), |_| Ok(()))?;
         let sum = |f: fn(&crate::mem::Certificate) -> f64| products.certificates.iter().map(f).sum::<f64>();
         let counts = (sum(|c| c.evaluations as f64), sum(|c| c.convolutions as f64));
+        if let Some(scratch) = Scratch::with_room(4.0 * products.model.data.len() as f64) {
+            let images = [&products.model, &products.residual, &products.restored];
+            images.into_iter().chain(&products.uncertainty).try_for_each(|image| scratch.image(image))?;
+        }
         Ok(Ended { counts, verdict: verdict::timed(source, (products.model, &imaging), context)? })
     }
 }

@@ -3,10 +3,11 @@
 use super::{ColumnArgs, OutputArgs, SetArgs, range_file, with_range};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
-use crate::cli::forecast::{Planner, Told, facts, format_of, say_waves, waves_of_image};
+use crate::cli::forecast::{FirstRows, Planner, Told, facts, format_of, say_waves, waves_of_image};
 use crate::cost::{Forecast, InputFormat, WavePasses};
-use crate::imaging::{Imager, ImagingOptions, Outlook};
+use crate::imaging::{ImageSize, Imager, ImagingOptions, Outlook};
 use crate::progress::Observer;
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Image, VisibilitySource};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,9 @@ pub struct ImageOfArgs {
     #[command(flatten)]
     pub out: OutputArgs,
 }
+
+/// Makes an image of a set, and writes it under this name.
+pub type Perform<'a> = dyn Fn(&mut dyn VisibilitySource, ImagingOptions, (&Path, &dyn Observer)) -> Result<()> + 'a;
 
 impl ImageOfArgs {
     /// Check the output, open the set, and pass its imager to `work`. Errors name the work and the file.
@@ -59,7 +63,8 @@ impl ImageOfArgs {
     }
 
     /// The work of a command on the set: `work` makes the forecast from the outlook, the format and the number of threads, and `passes` says how often
-    /// spherical waves pass through an image of a scene near the array.
+    /// spherical waves pass through an image of a scene near the array. `perform` makes the image of a set and writes it into a folder, by which the forecast
+    /// learns the pace of this machine.
     ///
     /// # Errors
     /// The file or an option is wrong.
@@ -68,16 +73,39 @@ impl ImageOfArgs {
         command: &'static str,
         planner: &Planner<'_>,
         (work, passes): (impl Fn(&Outlook, InputFormat, usize) -> Forecast, impl Fn(&Outlook) -> WavePasses),
+        perform: Option<&Perform<'_>>,
     ) -> Result<Told> {
         let input = self.input.files()?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
         let (mut outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
         let waves = waves_of_image(&self.imaging, source.header(), &mut outlook, planner)?;
-        let mut forecast = work(&outlook, format_of(&input, planner.context)?, planner.threads);
+        let format = format_of(&input, planner.context)?;
+        let mut forecast = work(&outlook, format, planner.threads);
         let mut facts = facts(&outlook);
         if let Some(waves) = waves {
             forecast = waves.put_into(forecast, &outlook, &passes(&outlook));
             say_waves(&waves, &outlook, &mut facts);
+        } else if let Some(perform) = perform {
+            let stages: Vec<&str> = forecast.stages.iter().map(|s| s.name).filter(|name| *name != "start").collect();
+            let (rows, exists) = (source.n_rows(), input.exist(planner.context));
+            // Some of the rows would choose another image.
+            let grid = &outlook.grid;
+            let (size, cell) = (ImageSize { columns: grid.n_l, rows: grid.n_m }, Angle(grid.cell_rad));
+            let of_rows = |n: usize| match n < rows {
+                true => ImagingOptions { size: Some(size), cell: Some(cell), ..self.imaging.clone() },
+                false => self.imaging.clone(),
+            };
+            forecast = planner.tried(
+                (forecast, exists),
+                (&stages, rows),
+                source.as_mut(),
+                |source, n| Ok(work(&planner.outlook(&mut FirstRows::new(source, n), &of_rows(n))?.0, format, planner.threads)),
+                |source, n, (folder, watch)| {
+                    let mut rows = FirstRows::new(source, n);
+                    let all: &mut dyn VisibilitySource = &mut rows;
+                    perform(all, of_rows(n), (&folder.join("image.fits"), watch)).context(format!("imaging {input}"))
+                },
+            )?;
         }
         Ok(Told { command, forecast, facts })
     }
