@@ -115,12 +115,11 @@ fn a_rehearsal_shows_the_pace_of_the_machine() {
     ] {
         let told = |options: &str| planned(&s, &format!("{command} {options}"))["assumptions"].to_string();
         // However slow the machine is, this rehearsal comes to its end.
-        assert!(told("--rehearse 10min").contains("a rehearsal of 990 of 990"), "{command}: {}", told("--rehearse 10min"));
+        let tried = told("--rehearse 10min");
+        assert!(tried.contains("a rehearsal of 990 of 990"), "{command}: {tried}");
         for without in ["--rehearse 0s", "--visibilities 1e7"] {
             assert!(!told(without).contains("rehearsal"), "{command} {without}");
         }
-        let shared = planned(&s, &format!("{command} --nodes 2 --rehearse 10min"));
-        assert!(shared["cluster"]["seconds"].as_f64().unwrap() > 0.0, "{shared}");
     }
 }
 

@@ -221,6 +221,8 @@ impl Planner<'_> {
     fn told_as_rehearsal<T>(&self, work: impl FnOnce(&Console) -> T) -> T {
         let console = &self.context.console;
         console.event(Event::Phase { name: "rehearsal", total: None, unit: "" });
+        // The command takes its memory from the system, so the rehearsal does too.
+        Pilot::forget_memory();
         let done = work(console);
         console.event(Event::Done);
         done
@@ -295,7 +297,7 @@ pub(super) fn forecast(
     let given = args.speeds()?;
     let speeds = match given {
         Some(speeds) => speeds,
-        None => Speeds::here()?,
+        None => speeds_here()?,
     }
     .with_program(start_bytes);
     let threads = rayon::current_num_threads();
@@ -317,11 +319,19 @@ pub(super) fn forecast(
 /// The file or an option is wrong.
 pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
     let start_bytes = Pilot::memory().0 as f64;
-    let speeds = Speeds::here()?.with_program(start_bytes);
+    let speeds = speeds_here()?.with_program(start_bytes);
     let args = ForecastArgs::default();
     let planner = Planner::new(&args, context, (speeds, threads), |_, _| Err(without()));
     let told = command.plan(&planner)?;
     Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))
+}
+
+/// The speeds of this machine. Memory of the short tests is given back: files are looked at by a copy of the process, after which Linux copies each page that is written
+/// again, and a rehearsal on several threads would take a third longer.
+fn speeds_here() -> Result<Speeds> {
+    let speeds = Speeds::here()?;
+    Pilot::forget_memory();
+    Ok(speeds)
 }
 
 /// The refusal of a command without a forecast: what can be forecast.

@@ -49,15 +49,16 @@ struct Reached {
 #[derive(Debug, Default)]
 struct Seen {
     channels: Vec<Reached>,
-    /// Seconds until the first cycle, and until the last one so far.
-    first_s: Option<f64>,
+    /// Seconds until the first cycle that was told of, and its turns.
+    first: Option<(f64, usize)>,
+    /// Seconds until the last one so far.
     last_s: f64,
 }
 
 impl Seen {
     fn note(&mut self, now_s: f64, reached: Reached) {
         self.last_s = now_s;
-        self.first_s.get_or_insert(now_s);
+        self.first.get_or_insert((now_s, reached.turns));
         match self.channels.last_mut() {
             Some(last) if reached.number > last.number => *last = reached,
             _ => self.channels.push(reached),
@@ -72,12 +73,22 @@ impl Seen {
         Some(Course { turns: of(n, |c| c.turns), steps: of(n, |c| c.steps), ended: ended > 0, searched: None })
     }
 
+    /// Seconds until the cycles of the only channel began. Evaluations are told of when they are made, and the first ones took as long as the later ones. `None` where
+    /// only those are known.
+    fn begun_s(&self) -> Option<f64> {
+        let ((first_s, first), last) = (self.first?, self.channels.last()?.turns);
+        let later = last.saturating_sub(first) as f64;
+        match first {
+            0 => Some(first_s),
+            _ => (later > 0.0).then(|| (first_s - first as f64 * (self.last_s - first_s) / later).max(0.0)),
+        }
+    }
+
     /// What a rehearsal has shown that was stopped.
     fn shown(&self, acts: &Acts) -> Option<Rehearsed> {
         let course = self.course()?;
         let several = self.channels.len() > 1;
-        let first_s = self.first_s.unwrap_or(self.last_s);
-        let tried = if several { Vec::new() } else { timed(acts, acts.cycles.to_vec(), (first_s, self.last_s)) };
+        let tried = if several { Vec::new() } else { timed(acts, acts.cycles.to_vec(), (self.begun_s(), self.last_s)) };
         Some(Rehearsed { course, tried })
     }
 }
@@ -134,28 +145,29 @@ pub(super) fn rehearse(
     let (all_s, over) = (watch.seconds(), watch.is_over());
     let seen = watch.seen.into_inner().unwrap_or_else(PoisonError::into_inner);
     match ended {
-        Ok(ended) => Ok(seen.first_s.map(|first_s| ended.shown(acts, (first_s, all_s), seen.channels.len()))),
+        Ok(ended) => Ok(seen.first.is_some().then(|| ended.shown(acts, (seen.begun_s(), all_s), seen.channels.len()))),
         Err(_) if over => Ok(seen.shown(acts)),
         Err(error) => Err(error),
     }
 }
 
-/// Times until the first cycle, and of the stages that came after it.
-fn timed(acts: &Acts, cycles: Vec<&'static str>, (first_s, last_s): (f64, f64)) -> Vec<Tried> {
-    let mut all = vec![Tried { stages: acts.before.to_vec(), seconds: first_s }];
-    if last_s > first_s {
-        all.push(Tried { stages: cycles, seconds: last_s - first_s });
+/// Times until the cycles began, and of the stages that came after. All stages together where it is not known when they began.
+fn timed(acts: &Acts, cycles: Vec<&'static str>, (begun_s, last_s): (Option<f64>, f64)) -> Vec<Tried> {
+    let Some(begun_s) = begun_s else { return vec![Tried { stages: [acts.before.to_vec(), cycles].concat(), seconds: last_s }] };
+    let mut all = vec![Tried { stages: acts.before.to_vec(), seconds: begun_s }];
+    if last_s > begun_s {
+        all.push(Tried { stages: cycles, seconds: last_s - begun_s });
     }
     all
 }
 
 impl Ended {
     /// What a whole rehearsal has shown of so many channels.
-    fn shown(&self, acts: &Acts, (first_s, all_s): (f64, f64), channels: usize) -> Rehearsed {
+    fn shown(&self, acts: &Acts, (begun_s, all_s): (Option<f64>, f64), channels: usize) -> Rehearsed {
         let n = channels.max(1) as f64;
         let (verdict_s, searched) = self.verdict;
         let made_s = all_s - verdict_s;
-        let mut tried = timed(acts, [acts.cycles, acts.after].concat(), (first_s, made_s));
+        let mut tried = timed(acts, [acts.cycles, acts.after].concat(), (begun_s, made_s));
         if channels > 1 {
             // The images of the later channels are made between the cycles.
             tried = vec![Tried { stages: [acts.before, acts.cycles, acts.after].concat(), seconds: made_s }];
@@ -205,6 +217,21 @@ mod tests {
     }
 
     #[test]
+    fn evaluations_take_the_same_time_before_and_after_the_first_is_told_of() {
+        let acts = Acts { before: &["read"], cycles: &["passes"], after: &[] };
+        let seconds = |told: &[(f64, usize)]| {
+            let mut seen = Seen::default();
+            let steps = told.iter().enumerate();
+            steps.for_each(|(k, (now_s, turns))| seen.note(*now_s, Reached { number: k + 1, turns: *turns, steps: 0 }));
+            seen.shown(&acts).unwrap().tried.iter().map(|t| t.seconds).collect::<Vec<_>>()
+        };
+        // 4 s until the beginning, and 1 s for each evaluation.
+        assert_eq!(seconds(&[(6.0, 2), (7.0, 3), (9.0, 5)]), [4.0, 5.0]);
+        assert_eq!(seconds(&[(6.0, 2)]), [6.0]);
+        assert_eq!(seconds(&[(6.0, 0), (9.0, 1)]), [6.0, 3.0]);
+    }
+
+    #[test]
     fn work_is_tried_for_a_while() {
         let (seconds, done) = try_out((&Silent, 1e9), |watch| Ok(watch.cancelled())).unwrap().unwrap();
         assert!(seconds >= 0.0 && !done);
@@ -217,10 +244,10 @@ mod tests {
     #[test]
     fn a_whole_rehearsal_times_its_stages() {
         let acts = Acts { before: &["read"], cycles: &["minor", "major"], after: &["map"] };
-        let shown = Ended { verdict: (0.5, false), counts: (6.0, 100.0) }.shown(&acts, (1.0, 4.0), 1);
+        let shown = Ended { verdict: (0.5, false), counts: (6.0, 100.0) }.shown(&acts, (Some(1.0), 4.0), 1);
         assert_eq!(shown.tried.iter().map(|t| t.seconds).collect::<Vec<_>>(), [1.0, 2.5, 0.5]);
         assert_eq!((shown.course.turns, shown.course.steps, shown.course.searched), (6.0, 100.0, Some(false)));
-        let two = Ended { verdict: (0.5, true), counts: (6.0, 100.0) }.shown(&acts, (1.0, 4.0), 2);
+        let two = Ended { verdict: (0.5, true), counts: (6.0, 100.0) }.shown(&acts, (Some(1.0), 4.0), 2);
         assert_eq!((two.tried[0].seconds, two.course.turns, two.course.steps), (3.5, 3.0, 50.0));
     }
 }
