@@ -78,16 +78,12 @@ impl CleanCommandArgs {
         let options = loaded(&self.clean, imager.grid())?;
         let cleaned = clean_once(&mut imager, &options, watch)?;
         let (cycles, components) = cleaned.counts();
-        let pixels = (imager.grid().n_l * imager.grid().n_m * imager.channels().len()) as f64;
-        let scratch = Scratch::with_room(PIXEL * pixels);
+        let scratch = Scratch::for_image(imager.grid().n_l * imager.grid().n_m * imager.channels().len());
         let (_, model) = cleaned.deliver(&imager, |_, image| scratch.as_ref().map_or(Ok(()), |s| s.image(&image)))?;
         scratch.map_or(Ok(()), |s| s.image(&model))?;
         Ok((model, (cycles as f64, components as f64)))
     }
 }
-
-/// Bytes of a pixel of a file.
-const PIXEL: f64 = 4.0;
 
 impl Plan for CleanCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {

@@ -104,6 +104,11 @@ impl Scratch {
         free_disk(scratch.path()).is_none_or(|free| free as f64 > 2.0 * bytes).then_some(scratch)
     }
 
+    /// A folder for one image of so many pixels.
+    pub(in crate::cli) fn for_image(pixels: usize) -> Option<Self> {
+        Self::with_room(size_of::<f32>() as f64 * pixels as f64)
+    }
+
     /// Write an image in place of the one before.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ impl MemCommandArgs {
         let (products, ..) = imaged(self, (source, what), (&imaging, watch), |_| Ok(()))?;
         let sum = |f: fn(&crate::mem::Certificate) -> f64| products.certificates.iter().map(f).sum::<f64>();
         let counts = (sum(|c| c.evaluations as f64), sum(|c| c.convolutions as f64));
-        if let Some(scratch) = Scratch::with_room(4.0 * products.model.data.len() as f64) {
+        if let Some(scratch) = Scratch::for_image(products.model.data.len()) {
             let images = [&products.model, &products.residual, &products.restored];
             images.into_iter().chain(&products.uncertainty).try_for_each(|image| scratch.image(image))?;
         }
