@@ -4,7 +4,7 @@
 //! over K machines takes 2 B (K - 1) / K over the bandwidth of one machine (Rabenseifner 2004, ICCS, 1: reduce-scatter and gather).
 
 use super::speeds::Speeds;
-use super::stage::Forecast;
+use super::stage::{Forecast, Stage};
 
 /// Images are summed as doubles, whatever their precision.
 const AS_SENT: f64 = 2.0;
@@ -123,12 +123,11 @@ impl Cluster {
         let seconds = computing + network + storage;
         let rank_bytes = spans.iter().map(|s| s.bytes).fold(0.0, f64::max);
         let node_bytes = rank_bytes * self.ranks_per_node.max(1) as f64;
-        let whole: f64 = forecast
-            .stages
-            .iter()
-            .flat_map(|s| s.work.iter().filter(move |(t, _)| s.whole || t.is_of_images()))
-            .map(|(t, n)| n * speeds.seconds(*t, self.threads))
-            .sum();
+        let whole_of = |s: &Stage| {
+            let of_images = s.work.iter().filter(|(t, _)| s.whole || t.is_of_images());
+            s.pace * of_images.map(|(t, n)| n * speeds.seconds(*t, self.threads)).sum::<f64>()
+        };
+        let whole: f64 = forecast.stages.iter().map(whole_of).sum();
         let parts = [
             (Limit::Network, network),
             (Limit::Storage, storage),
@@ -145,7 +144,7 @@ impl Cluster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cost::{Stage, Term};
+    use crate::cost::Term;
 
     /// A pass of a hundred thousand million visibilities that sums an image of 1 GB.
     fn forecast(values: f64) -> Forecast {
@@ -171,6 +170,12 @@ mod tests {
         assert!(slow.limit == Limit::Network && slow.part > 0.9);
         let disc = Cluster { storage: Some(1e6), ..cluster(2) }.share(&forecast(1e9), &speeds);
         assert!(disc.limit == Limit::Storage);
+        // A rehearsal in which images took a thousand times as long as their forecast.
+        let mut paced = forecast(1e9);
+        let write = Stage { pace: 1e3, ..Stage::new("write", 1e6).doing([(Term::WritePixel, 1e7)]) };
+        paced.stages.push(write);
+        let shared = cluster(2).share(&paced, &speeds);
+        assert!(shared.limit == Limit::WholeImages && shared.part > 0.5, "{shared:?}");
         let small = Cluster { node_bytes: 4e9, ..cluster(2) }.share(&forecast(1e9), &speeds);
         assert!(small.limit == Limit::Memory && small.part > 1.5 && small.node_bytes > 6e9);
     }
