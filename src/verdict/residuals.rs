@@ -34,7 +34,7 @@ pub struct Residuals {
     pub signal: f64,
     /// Fraction of the samples that stand out of their baseline.
     pub outliers: f64,
-    /// Typical square of each antenna in terms of that of all baselines, largest first \[antenna, ratio\].
+    /// Typical square of the baselines of each antenna in terms of other baselines of about their length, largest first \[antenna, ratio\].
     pub antennas: Vec<(usize, f64)>,
     /// Mean amplitude of the data, in their unit.
     pub mean_amplitude: f64,
@@ -124,36 +124,58 @@ impl Residuals {
     }
 }
 
-/// The squares of antennas over those of all antennas, largest first, and the number of samples that stand out of their baseline.
+/// The squares of a baseline.
+struct Baseline {
+    pair: [u32; 2],
+    /// Mean of the squared lengths, wavelengths.
+    length2: f64,
+    squares: Vec<f64>,
+}
+
+/// The squares of antennas over those of the other antennas, largest first, and the number of samples that stand out of their baseline.
 fn by_antenna(samples: &Samples) -> (Vec<(usize, f64)>, usize) {
-    let mut baselines: BTreeMap<[u32; 2], Vec<f64>> = BTreeMap::new();
+    let mut baselines: BTreeMap<[u32; 2], (f64, Vec<f64>)> = BTreeMap::new();
     // The samples of a row follow each other, and belong to one baseline.
     for row in samples.iter().flat_map(|list| list.chunk_by(|a, b| a.pair == b.pair)) {
-        baselines.entry(row[0].pair).or_default().extend(row.iter().map(Sample::misfit));
+        let (length2, squares) = baselines.entry(row[0].pair).or_default();
+        *length2 += row.iter().map(|s| s.length2).sum::<f64>();
+        squares.extend(row.iter().map(Sample::misfit));
     }
-    let mut baselines: Vec<([u32; 2], Vec<f64>)> = baselines.into_iter().collect();
+    let mean = |(pair, (sum, squares)): ([u32; 2], (f64, Vec<f64>))| Baseline { pair, length2: sum / squares.len() as f64, squares };
+    let mut baselines: Vec<Baseline> = baselines.into_iter().map(mean).collect();
+    baselines.sort_by(|a, b| a.length2.total_cmp(&b.length2));
     let medians: Vec<(f64, usize)> = baselines
         .par_iter_mut()
-        .map(|(_, squares)| {
+        .map(|Baseline { squares, .. }| {
             let median = median(squares);
             let apart = if squares.len() >= FEWEST { squares.iter().filter(|x| **x > OUTLIER * median).count() } else { 0 };
             (median, apart)
         })
         .collect();
-    let mut of_antenna: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for ((pair, _), (median, _)) in baselines.iter().zip(&medians) {
-        for antenna in *pair {
-            of_antenna.entry(antenna).or_default().push(*median);
-        }
+    let pairs: Vec<[u32; 2]> = baselines.iter().map(|b| b.pair).collect();
+    let mut of_antenna: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (k, pair) in pairs.iter().enumerate() {
+        pair.iter().for_each(|antenna| of_antenna.entry(*antenna).or_default().push(k));
     }
-    let all = median(&mut of_antenna.values().flatten().copied().collect::<Vec<_>>());
-    let mut antennas: Vec<(usize, f64)> = of_antenna
-        .iter_mut()
-        .filter(|(_, squares)| squares.len() > 3 && all > 0.0)
-        .map(|(a, squares)| (*a as usize, median(squares) / all))
-        .collect();
+    let ratio = |antenna: u32, own: &[usize]| {
+        let others = |k: usize| median(&mut alike(&pairs, antenna, k).map(|other| medians[other].0).collect::<Vec<_>>());
+        median(&mut own.iter().map(|k| medians[*k].0 / others(*k)).filter(|ratio| ratio.is_finite()).collect::<Vec<_>>())
+    };
+    let compared: Vec<(u32, Vec<usize>)> = of_antenna.into_iter().filter(|(_, own)| own.len() > 3).collect();
+    let ratios = compared.par_iter().map(|(antenna, own)| (*antenna as usize, ratio(*antenna, own)));
+    let mut antennas: Vec<(usize, f64)> = ratios.filter(|(_, ratio)| ratio.is_finite()).collect();
     antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
     (antennas, medians.iter().map(|m| m.1).sum())
+}
+
+/// Baselines that one is compared with on either side of its length. What an image does not hold leaves more on long baselines than on short ones, or the other
+/// way round, and is no fault of an antenna that has only the one or the other.
+const ALIKE: usize = 12;
+
+/// The baselines without an antenna whose lengths lie next to that of baseline `at`. The baselines are in the order of their lengths.
+fn alike(pairs: &[[u32; 2]], antenna: u32, at: usize) -> impl Iterator<Item = usize> {
+    let without = move |k: &usize| !pairs[*k].contains(&antenna);
+    (0..at).rev().filter(without).take(ALIKE).chain((at + 1..pairs.len()).filter(without).take(ALIKE))
 }
 
 /// What `of` gives of each of `count` samples.
