@@ -220,7 +220,9 @@ impl Count {
             let finite = v.re.is_finite() && v.im.is_finite();
             if finite {
                 self.finite[pol] += 1;
-                self.sum[pol] += f64::from(v.re).hypot(f64::from(v.im));
+                let (re, im) = (f64::from(v.re), f64::from(v.im));
+                // Squares of single precision stay within the range of double precision.
+                self.sum[pol] += (re * re + im * im).sqrt();
             }
             if !(finite && w.is_finite()) {
                 self.not_finite += 1;
