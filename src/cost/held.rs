@@ -15,6 +15,8 @@ const UVW: f64 = 24.0;
 pub(super) const COVERAGE: f64 = 50.0;
 /// A value of a block of all products: visibility, weight, number of samples and flag.
 const RAW: f64 = 17.0;
+/// The place of a row on its way to another process.
+const PART: f64 = 40.0;
 /// A row that is sorted, without its runs.
 const SORTED_ROW: f64 = 48.0;
 /// The runs of a row while they are sorted, over those that are sorted: the keys of the runs, and their places on the grid once more.
@@ -64,14 +66,17 @@ impl Held<'_> {
         if o.kept { o.visibilities() * (self.value() - VALUE) + self.rows() * UVW } else { 0.0 }
     }
 
-    /// What is in memory while the rows of such an image are read and gridded, beside what stays and the planes.
-    pub(super) fn reading_to_grid(self) -> f64 {
+    /// What is in memory while the rows of such an image are read and gridded, beside what stays and the planes. `traded`: their nodes are on their way to other
+    /// processes.
+    pub(super) fn reading_to_grid(self, traded: bool) -> f64 {
         let (o, field) = (self.outlook, &self.outlook.image);
         let ahead = if o.kept { self.rows() * COVERAGE } else { self.block_rows() * COVERAGE };
         let nodes = field.pass.nodes * 2.0 * field.real_bytes as f64;
         // The planes have taken the place of what the first block was sorted in, so that the next one takes new memory.
         let of_block = field.pass.sorted_bytes + SORTING * self.runs(field) + nodes;
-        ahead + self.of_file() + of_block * self.block_rows() / self.rows().max(1.0)
+        // What a process gives is still in memory while it gets as much.
+        let of_trade = if traded { nodes + 2.0 * self.rows() * PART } else { 0.0 };
+        ahead + self.of_file() + (of_block + of_trade) * self.block_rows() / self.rows().max(1.0)
     }
 
     /// What is in memory of a file while rows are read: chunks of which parts are gathered, or blocks.

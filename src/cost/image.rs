@@ -218,8 +218,8 @@ pub(super) fn fits(outlook: &Outlook, images: f64) -> f64 {
 #[must_use]
 pub fn dirty(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
     let held = Held { outlook, threads };
-    if outlook.one_pass {
-        return held.in_one_pass(format);
+    if let Some(shared) = outlook.planes_of_one_pass() {
+        return held.in_one_pass(format, shared);
     }
     let beam = held.beam(outlook.core.as_ref().unwrap_or(&outlook.image), 0.0);
     let sorts = outlook.core.is_some();

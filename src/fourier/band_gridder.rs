@@ -1,8 +1,8 @@
 //! Gridding by bands of v, where several processes share a set: each holds the rows of one band, and then its own columns of these rows.
 
 use super::bands::{Bands, open_stripes};
-use super::fft::transform_rows;
-use super::gridder::{fill, grid_units};
+use super::fft::{transform_rows, used_rows};
+use super::gridder::{fill, grid_units, slices};
 use super::nodes::Nodes;
 use super::own_columns::OwnColumns;
 use super::plan::Plan;
@@ -71,7 +71,7 @@ impl<T: Real> BandGridder<T> {
         let reach = rows.reaching(band);
         let chunks = rows.chunks.par_iter().zip(&reach);
         let nodes: Vec<Vec<Complex<T>>> = chunks.map(|(chunk, reach)| fill(plan, chunk, |k| reach[k], &values)).collect();
-        grid_units(plan, (rows, &nodes), (&self.planes, 0..plan.planes()), band.clone())?;
+        grid_units(plan, (rows, &slices(&nodes)), (&self.planes, 0..plan.planes()), band.clone())?;
         plan.pool.give(nodes);
         Ok(())
     }
@@ -83,7 +83,7 @@ impl<T: Real> BandGridder<T> {
     pub fn add_nodes(&mut self, rows: &SortedRows, nodes: &Nodes<T>) -> Result<()> {
         nodes.check(&self.plan, rows)?;
         let Some(band) = self.bands.get(self.at) else { return Ok(()) };
-        grid_units(&self.plan, (rows, &nodes.chunks), (&self.planes, 0..self.plan.planes()), band.clone())
+        grid_units(&self.plan, (rows, &slices(&nodes.chunks)), (&self.planes, 0..self.plan.planes()), band.clone())
     }
 
     /// End the band, to which the rows of all processes are added.
@@ -91,7 +91,9 @@ impl<T: Real> BandGridder<T> {
         let Some(band) = self.bands.get(self.at).cloned() else { return };
         let mut stripes = self.planes.stripes_mut();
         let complete = &mut stripes[band.clone()];
-        transform_rows(&self.plan, complete.par_iter_mut().enumerate().map(|(k, stripe)| (band.start + k, &mut **stripe)));
+        let (plan, per_row) = (&self.plan, self.plan.planes() * self.plan.nu);
+        let used = complete.par_iter_mut().enumerate().map(|(k, stripe)| &mut stripe[..used_rows(plan, band.start + k) * per_row]);
+        transform_rows(plan, used);
         let done: Vec<Vec<Complex<T>>> = complete.iter_mut().map(|stripe| std::mem::take(*stripe)).collect();
         done.iter().for_each(|stripe| self.columns.take(&self.plan, stripe, ranks));
         self.at += 1;

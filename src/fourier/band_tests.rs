@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Rows of a block.
-const BLOCK: usize = 17;
+pub(super) const BLOCK: usize = 17;
 
-fn transform<T: Real>(c: &Case, options: &GridOptions) -> Transform<T> {
+pub(super) fn transform<T: Real>(c: &Case, options: &GridOptions) -> Transform<T> {
     Transform::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), options, 1 << 40).unwrap()
 }
 
@@ -25,14 +25,14 @@ fn in_bands<T: Real>(transform: &Transform<T>, count: usize) -> Bands {
 }
 
 /// Call `add` for each block of some rows, with the first row and the sorted rows.
-fn blocks<T: Real>(c: &Case, transform: &Transform<T>, rows: &Range<usize>, mut add: impl FnMut(usize, &SortedRows)) {
+pub(super) fn blocks<T: Real>(c: &Case, transform: &Transform<T>, rows: &Range<usize>, mut add: impl FnMut(usize, &SortedRows)) {
     for start in rows.clone().step_by(BLOCK) {
         let block = start..(start + BLOCK).min(rows.end);
         add(start, &transform.sort(c.uvw.slice(s![block, ..])).unwrap());
     }
 }
 
-fn at_once<T: Real>(c: &Case, transform: &Transform<T>) -> Array2<f64> {
+pub(super) fn at_once<T: Real>(c: &Case, transform: &Transform<T>) -> Array2<f64> {
     let (mut gridder, vis) = (transform.gridder(), rounded::<T>(&c.vis));
     blocks(c, transform, &(0..c.uvw.nrows()), |first, rows| {
         gridder.add_sorted(rows, |r, out| out.iter_mut().zip(vis.row(first + r)).for_each(|(o, v)| *o = *v)).unwrap();

@@ -231,13 +231,12 @@ impl<T: Real> LineOfPixels<T> {
     }
 }
 
-/// Transform the rows of some stripes \[row, plane, u\] along u. The pixels of the image are then at the front of each row, in order.
-pub(super) fn transform_rows<'s, T: Real>(plan: &Plan<T>, stripes: impl IndexedParallelIterator<Item = (usize, &'s mut Vec<Complex<T>>)>) {
+/// Transform the rows \[row, plane, u\] of some stripes along u. The pixels of the image are then at the front of each row, in order.
+pub(super) fn transform_rows<'s, T: Real>(plan: &Plan<T>, stripes: impl ParallelIterator<Item = &'s mut [Complex<T>]>) {
     stripes.for_each_init(
         || LineOfPixels::new(plan),
-        |line, (s, stripe)| {
-            let used = used_rows(plan, s) * (stripe.len() / TILE);
-            for row in stripe[..used].chunks_exact_mut(plan.nu) {
+        |line, rows| {
+            for row in rows.chunks_exact_mut(plan.nu) {
                 let pixels = line.of(plan, row);
                 row[..pixels.len()].copy_from_slice(pixels);
             }

@@ -103,6 +103,7 @@ impl<T: Real> Gridder<T> {
     /// Spread the nodes onto the planes.
     pub(super) fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
         let plan = &self.plan;
+        let nodes = &slices(nodes)[..];
         if let Some(planes) = &self.resident {
             return grid_units(plan, (rows, nodes), (planes, 0..plan.planes()), 0..plan.tiles_v());
         }
@@ -177,10 +178,15 @@ pub(super) fn turn_nodes<T: Real, S: Default + AddAssign + Send>(
     })
 }
 
+/// Some lists as slices.
+pub(super) fn slices<V>(lists: &[Vec<V>]) -> Vec<&[V]> {
+    lists.iter().map(Vec::as_slice).collect()
+}
+
 /// Grid the visibilities of some rows of tiles onto a group of planes. What a cell receives is summed in the order of the colours.
 pub(super) fn grid_units<T: Real>(
     plan: &Plan<T>,
-    (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
+    (rows, nodes): (&SortedRows, &[&[Complex<T>]]),
     (planes, group): (&PlaneRows<T>, Range<usize>),
     band: Range<usize>,
 ) -> Result<()> {

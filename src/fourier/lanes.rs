@@ -221,7 +221,7 @@ fn store<T: Real, W: Work<T>, const D: usize>(batch: &mut Batch<T, D>, parts: &m
 #[inline(always)]
 fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bool>(
     plan: &Plan<T>,
-    (chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]),
+    (chunks, nodes): (&[Chunk], &[&[Complex<T>]]),
     task: &[Segment],
     (tile, work): (&mut [T], &mut W),
 ) -> Result<()> {
@@ -244,13 +244,13 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
                 if W::GRID
                     && let Some(near) = runs.get(k + AHEAD)
                 {
-                    ask_for(&nodes[segment.chunk], chunk.rows[near.row as usize].offset + near.lo as usize);
+                    ask_for(nodes[segment.chunk], chunk.rows[near.row as usize].node(near.lo as usize));
                 }
                 let freq = &plan.channels.classes[row.class].freq_hz[lo..hi];
                 let mut done = 0;
                 while done < freq.len() {
                     if W::GRID {
-                        let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];
+                        let nodes = &nodes[segment.chunk][row.node(lo)..row.node(hi)];
                         done += batch.take(row, &freq[done..], &nodes[done..]);
                         if batch.n == BATCH {
                             reached = reached.max(spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile));
@@ -258,7 +258,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
                         continue;
                     }
                     let n = batch.take_places(row, &freq[done..]);
-                    parts.all[parts.n] = Part { chunk: segment.chunk, first: row.offset + lo + done, n, conjugate: row.conjugate };
+                    parts.all[parts.n] = Part { chunk: segment.chunk, first: row.node(lo) + done, n, conjugate: row.conjugate };
                     parts.n += 1;
                     done += n;
                     if batch.n == BATCH {
@@ -280,7 +280,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
 }
 
 /// Rows and their nodes. Prediction does not read the nodes.
-pub(crate) type Input<'a, T> = (&'a [Chunk], &'a [Vec<Complex<T>>]);
+pub(crate) type Input<'a, T> = (&'a [Chunk], &'a [&'a [Complex<T>]]);
 
 /// [`segments`] for one set of instructions.
 macro_rules! compiled_for {

@@ -12,6 +12,9 @@ use std::ops::Range;
 /// Bytes that processes exchange at once.
 const PART: usize = 1 << 19;
 
+/// A stripe, and how many of its rows a process has.
+pub(super) type StripeRows = (usize, usize);
+
 /// The columns of process `rank` of `size`. They begin at a block of columns, so that every column is transformed as one process does it.
 pub(super) fn columns_of(n_l: usize, rank: usize, size: usize) -> Range<usize> {
     let blocks = n_l.div_ceil(BLOCK);
@@ -72,6 +75,35 @@ impl<T: Real> OwnColumns<T> {
             kept.extend(sums.iter().map(|v| Complex::new(T::of(v.re), T::of(v.im))));
         }
         self.stripes.push(kept);
+    }
+
+    /// Add a stripe \[row, plane, u\] of every process, whose rows are transformed: of each process, which stripe it is and how many of its rows it has. What several
+    /// processes have of a stripe is added up in the order of the calls and of the processes.
+    pub(super) fn trade(&mut self, plan: &Plan<T>, (stripe, of_each): (&[Complex<T>], &[Option<StripeRows>]), ranks: &dyn Ranks) {
+        let (own, planes) = (self.own(), plan.planes());
+        self.stripes.resize_with(plan.tiles_v(), Vec::new);
+        let lines: Vec<usize> = of_each.iter().map(|of| of.map_or(0, |(_, rows)| rows * planes)).collect();
+        let at_once = lines_at_once::<T>(plan.grid.n_l);
+        for first in (0..lines.iter().copied().max().unwrap_or(0)).step_by(at_once) {
+            let now = |process: usize| first.min(lines[process])..(first + at_once).min(lines[process]);
+            let mine = &stripe[now(self.rank).start * plan.nu..now(self.rank).end * plan.nu];
+            let mut given: Vec<u64> = Vec::new();
+            for columns in &self.columns {
+                mine.chunks_exact(plan.nu).for_each(|line| given.extend_from_slice(bytemuck::cast_slice(&line[columns.clone()])));
+            }
+            let words = size_of::<Complex<T>>() / size_of::<u64>();
+            let lengths: Vec<usize> = self.columns.iter().map(|c| now(self.rank).len() * c.len() * words).collect();
+            let (got, _) = ranks.trade(given, &lengths);
+            let mut got: &[Complex<T>] = bytemuck::cast_slice(&got);
+            for (process, of) in of_each.iter().enumerate() {
+                let (Some((s, _)), here) = (of, now(process)) else { continue };
+                let kept = &mut self.stripes[*s];
+                kept.resize(used_rows(plan, *s) * planes * own.len(), Complex::new(T::default(), T::default()));
+                let (from_it, rest) = got.split_at(here.len() * own.len());
+                kept[here.start * own.len()..here.end * own.len()].iter_mut().zip(from_it).for_each(|(sum, v)| *sum += v);
+                got = rest;
+            }
+        }
     }
 
     /// The image \[m, l\]: each process transforms its own columns, and all get those of all.

@@ -107,9 +107,14 @@ fn cost(grid: &SkyGrid, v_reach: f64, kernel: &Kernel, planes: usize, n_vis: f64
     let rows = (v_reach * nv).min(nv);
     let fourier = rows * nu * (4.0 + 0.4 * nu.log2()) + grid.n_l as f64 * nv * (2.0 + 0.2 * nv.log2());
     // A row has fewer nodes than channels, and most nodes need few planes.
-    let lanes = if kernel.support <= 4 { 4.0 } else { kernel.support.next_power_of_two() as f64 };
-    let spread = 0.5 * n_vis * (40.0 + 0.15 * kernel.support as f64 * lanes * (planes as f64 / 2.0).clamp(1.0, 16.0));
+    let spread = 0.5 * n_vis * node_cost(kernel.support, (planes as f64 / 2.0).clamp(1.0, 16.0));
     planes as f64 * fourier + spread
+}
+
+/// The part of it for one node.
+fn node_cost(support: usize, planes: f64) -> f64 {
+    let lanes = if support <= 4 { 4.0 } else { support.next_power_of_two() as f64 };
+    40.0 + 0.15 * support as f64 * lanes * planes
 }
 
 impl<T: Real> Plan<T> {
@@ -211,6 +216,19 @@ impl<T: Real> Plan<T> {
             WBasis::Powers { screens, .. } => screens.len(),
             WBasis::Planes { count, .. } => *count,
         }
+    }
+
+    /// Number of planes or screens that a visibility at w (wavelengths) reaches.
+    pub(crate) fn planes_of(&self, w: f64) -> usize {
+        match &self.w.basis {
+            WBasis::Powers { inverse_w, enough, .. } => 1 + enough.iter().filter(|e| (w * inverse_w).abs() > **e).count(),
+            WBasis::Planes { table, .. } => table.support,
+        }
+    }
+
+    /// Estimated time of gridding a node that reaches so many planes, in about nanoseconds, see [`cost`].
+    pub(crate) fn node_cost(&self, planes: usize) -> f64 {
+        node_cost(self.table.support, planes as f64)
     }
 
     /// Number of planes that the tile of one slab covers.

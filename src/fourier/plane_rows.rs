@@ -47,7 +47,12 @@ impl<T: Real> PlaneRows<T> {
 
     /// Size in bytes of this number of planes.
     pub(crate) fn bytes(n_rows: usize, planes: usize, nu: usize) -> usize {
-        n_rows.div_ceil(TILE) * TILE * planes * nu * size_of::<Complex<T>>()
+        Self::bytes_of_rows(n_rows.div_ceil(TILE) * TILE, planes, nu)
+    }
+
+    /// Size in bytes of so many rows of this number of planes.
+    pub(crate) fn bytes_of_rows(rows: usize, planes: usize, nu: usize) -> usize {
+        rows * planes * nu * size_of::<Complex<T>>()
     }
 
     pub(crate) fn stripes_mut(&mut self) -> Vec<&mut Vec<Complex<T>>> {

@@ -2,6 +2,7 @@
 
 use super::bands::Sides;
 use super::fft::BLOCK;
+use super::owners::{Owners, shared};
 use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
@@ -48,7 +49,7 @@ pub struct BandSize {
     pub bytes: f64,
     /// Bytes of the columns that a process keeps of all rows.
     pub own_bytes: f64,
-    /// Bytes of the columns of all processes, which they exchange.
+    /// Bytes of the columns of all processes in the rows that one transforms, which it gives away.
     pub all_bytes: f64,
     /// As in [`TransformSize`], for one process.
     pub points: f64,
@@ -57,6 +58,28 @@ pub struct BandSize {
 }
 
 impl TransformSize {
+    /// The sizes for so many processes that hold rows of tiles with so much `work` and grid while they read, and an image of `n_l` columns. `None` where they do
+    /// not. Also the work of the busiest process over its fair share.
+    #[must_use]
+    pub fn by_owners(&self, work: &[f64], (n_l, real_bytes): (usize, usize), processes: usize) -> Option<(BandSize, f64)> {
+        let (planes, support) = (self.planes, self.support);
+        let sides = Sides { padded: self.padded, n_l, rows: self.rows, planes, support, cell_bytes: 2 * real_bytes };
+        sides.bands(processes)?;
+        let owners = Owners::of_tiles(shared(work, processes), (0, processes));
+        let rows = owners.most_rows(support);
+        let bytes = rows * planes * self.padded.0 * sides.cell_bytes;
+        let by = processes as f64;
+        let size = BandSize {
+            processes,
+            bytes: bytes as f64,
+            own_bytes: sides.own_bytes(processes) as f64,
+            all_bytes: sides.own_bytes(1) as f64 * rows as f64 / self.rows as f64,
+            points: self.points / by,
+            point_logs: self.point_logs / by,
+        };
+        (processes > 1 && bytes as u64 <= self.plane_limit).then(|| (size, owners.busiest(work)))
+    }
+
     /// The sizes for so many processes and an image of `n_l` columns; `None` where they do not share the transform. Each process transforms the rows of its own
     /// visibilities, and its share of the columns.
     #[must_use]

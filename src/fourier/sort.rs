@@ -15,10 +15,27 @@ pub(crate) struct Row {
     pub(crate) uvw: [f64; 3],
     /// Index of the class of its channels.
     pub(crate) class: usize,
-    /// Index of its first node in the chunk.
+    /// Index of its first node in the chunk, see [`Row::node`].
     pub(crate) offset: usize,
     /// True if the grid holds the conjugate of the visibility.
     pub(crate) conjugate: bool,
+}
+
+impl Row {
+    /// A row with this uvw in m.
+    #[inline(always)]
+    fn of<T: Real>(plan: &Plan<T>, uvw: [f64; 3], offset: usize) -> Self {
+        let conjugate = uvw[1] < 0.0;
+        let sign = if conjugate { -1.0 } else { 1.0 };
+        let class = plan.channels.class_for(plan.turns_per_hz(uvw));
+        Self { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset, conjugate }
+    }
+
+    /// The index in the chunk of node `k`. Where a chunk has only the last nodes of its first row, the offset has wrapped below 0.
+    #[inline(always)]
+    pub(crate) fn node(&self, k: usize) -> usize {
+        self.offset.wrapping_add(k)
+    }
 }
 
 /// Nodes `lo..hi` of a row. All of them lie in one tile.
@@ -97,11 +114,33 @@ struct Keyed {
 impl Chunk {
     /// Fold, classify, cut and sort the rows of `range`. Also returns the key of the tile of each run.
     pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<(Self, Vec<u64>)> {
-        let (rows, mut runs, n_nodes) = cut_rows(plan, uvw_m, range.clone())?;
+        let (rows, runs, n_nodes) = cut_rows(plan, uvw_m, range.clone())?;
+        Ok(Self::sorted(range, rows, runs, n_nodes))
+    }
+
+    /// Cut and sort some nodes of rows: their places and nodes, in the order of the rows.
+    pub(super) fn of_spans<T: Real>(plan: &Plan<T>, rows: Vec<Row>, n_nodes: usize, spans: &[Span]) -> Result<(Self, Vec<u64>)> {
+        let runs = cut_spans(plan, &rows, spans)?;
+        Ok(Self::sorted(0..rows.len(), rows, runs, n_nodes))
+    }
+
+    fn sorted(range: Range<usize>, rows: Vec<Row>, mut runs: Vec<Keyed>, n_nodes: usize) -> (Self, Vec<u64>) {
         sort_by_key(&mut runs);
         let keys = runs.iter().map(|r| r.key).collect();
         let runs = runs.iter().map(|r| Run { row: r.row, lo: r.lo, hi: r.hi }).collect();
-        Ok((Self { range, rows, n_nodes, runs }, keys))
+        (Self { range, rows, n_nodes, runs }, keys)
+    }
+
+    /// Fold and classify the rows of `range`. They have no runs: other processes cut and sort them.
+    pub(super) fn folded<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Self {
+        let mut n_nodes = 0;
+        let fold = |r: usize| {
+            let row = Row::of(plan, [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]], n_nodes);
+            n_nodes += plan.channels.classes[row.class].n_nodes();
+            row
+        };
+        let rows = range.clone().map(fold).collect();
+        Self { range, rows, n_nodes, runs: Vec::new() }
     }
 
     pub(crate) fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
@@ -125,13 +164,10 @@ fn cut_each<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<us
     let mut rows = Vec::with_capacity(range.len());
     let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
     for r in range {
-        let uvw = [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]];
-        let conjugate = uvw[1] < 0.0;
-        let sign = if conjugate { -1.0 } else { 1.0 };
-        let class = plan.channels.class_for(plan.turns_per_hz(uvw));
-        let row = Row { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset: n_nodes, conjugate };
-        n_nodes += plan.channels.classes[class].n_nodes();
-        cut(plan, &row, rows.len() as u32, &mut runs)?;
+        let row = Row::of(plan, [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]], n_nodes);
+        let own = plan.channels.classes[row.class].n_nodes();
+        n_nodes += own;
+        cut(plan, &row, (rows.len() as u32, 0..own), &mut runs)?;
         rows.push(row);
     }
     Ok((rows, runs, n_nodes))
@@ -154,18 +190,57 @@ fn cut_rows<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<us
     cut_each(plan, uvw_m, range)
 }
 
+/// Some nodes of a row: its place among the rows, the first node and the one after the last.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    pub(super) row: u32,
+    pub(super) lo: u32,
+    pub(super) hi: u32,
+}
+
+impl Span {
+    pub(super) fn n_nodes(&self) -> usize {
+        (self.hi - self.lo) as usize
+    }
+}
+
+#[inline(always)]
+fn cut_each_span<T: Real>(plan: &Plan<T>, rows: &[Row], spans: &[Span]) -> Result<Vec<Keyed>> {
+    let mut runs = Vec::with_capacity(2 * spans.len());
+    for Span { row, lo, hi } in spans {
+        cut(plan, &rows[*row as usize], (*row, *lo as usize..*hi as usize), &mut runs)?;
+    }
+    Ok(runs)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn cut_spans_avx2<T: Real>(plan: &Plan<T>, rows: &[Row], spans: &[Span]) -> Result<Vec<Keyed>> {
+    cut_each_span(plan, rows, spans)
+}
+
+/// Cut some nodes of rows into runs.
+fn cut_spans<T: Real>(plan: &Plan<T>, rows: &[Row], spans: &[Span]) -> Result<Vec<Keyed>> {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        return unsafe { cut_spans_avx2(plan, rows, spans) };
+    }
+    cut_each_span(plan, rows, spans)
+}
+
 /// Rounding of a position in cells that is accepted at the edges of a tile.
 const ROUNDING_CELLS: f64 = 1e-3;
 
-/// Cut the nodes of a row into runs.
+/// Cut some nodes of a row into runs.
 #[inline(always)]
-fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) -> Result<()> {
-    let freq = &plan.channels.classes[row.class].freq_hz;
+fn cut<T: Real>(plan: &Plan<T>, row: &Row, (index, nodes): (u32, Range<usize>), runs: &mut Vec<Keyed>) -> Result<()> {
+    let freq = &plan.channels.classes[row.class].freq_hz[..nodes.end];
     let half = plan.table.support as f64 / 2.0;
     let (nu, nv) = (plan.nu as f64, plan.nv as f64);
     let at = |f: f64, k: usize| row.uvw[k] * f;
     let hz = row.uvw.map(f64::recip);
-    let mut lo = 0;
+    let mut lo = nodes.start;
     while lo < freq.len() {
         let f = freq[lo];
         let (u, origin_u) = tile_of(at(f, 0), half, 0.0, nu);

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Most chunks of a block.
-const MOST_CHUNKS: usize = 16;
+pub(super) const MOST_CHUNKS: usize = 16;
 
 /// The positions of the visibilities of some rows on the grid of one transform, in the order of its tiles. It is made once and used in every
 /// pass over the same rows.
@@ -28,6 +28,11 @@ impl SortedRows {
         plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
         let ranges = shares(uvw_m.nrows());
         let made = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).collect::<Result<Vec<_>>>()?;
+        Ok(Self::of_chunks(plan, made))
+    }
+
+    /// The rows of these chunks, each with the keys of its runs.
+    pub(super) fn of_chunks<T: Real>(plan: &Plan<T>, made: Vec<(Chunk, Vec<u64>)>) -> Self {
         let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = made.into_iter().unzip();
         let each = chunks.par_iter().zip(&keys).enumerate();
         let lists: Vec<Vec<Segment>> = each.map(|(i, (c, k))| c.segments(i, k)).collect();
@@ -36,7 +41,14 @@ impl SortedRows {
         drop(lists);
         segments.par_sort_unstable_by_key(|s| (s.key, s.chunk));
         let colours = units(plan, segments, &chunks);
-        Ok(Self { plan: plan.id, chunks, colours })
+        Self { plan: plan.id, chunks, colours }
+    }
+
+    /// Rows whose nodes are made here, while other processes cut and sort them.
+    pub(super) fn folded<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
+        plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
+        let chunks = shares(uvw_m.nrows()).into_par_iter().map(|range| Chunk::folded(plan, uvw_m, range)).collect();
+        Ok(Self { plan: plan.id, chunks, colours: Vec::new() })
     }
 
     /// Check that the rows were sorted for this plan.

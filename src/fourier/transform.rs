@@ -7,11 +7,14 @@ use super::degridder::Degridder;
 use super::grid_options::GridOptions;
 use super::gridder::Gridder;
 use super::nodes::Nodes;
+use super::owners::Owners;
+use super::parcels::add_work_of_tiles;
 use super::plan::{Plan, UvwExtent};
 use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
 use super::schedule::Idle;
+use super::shared_gridder::SharedGridder;
 use super::sorted_rows::SortedRows;
 use super::wplanes::WBasis;
 use crate::Result;
@@ -77,6 +80,42 @@ impl<T: Real> Transform<T> {
         Bands::of(&self.plan, (ranks.rank(), ranks.size()))
     }
 
+    /// Rows with these uvw in m \[row, 3\] whose nodes are made here, while the processes that share the set sort them. They serve [`Transform::nodes`] and
+    /// [`SharedGridder::add`].
+    ///
+    /// # Errors
+    /// As [`Transform::sort`].
+    pub fn fold(&self, uvw_m: ArrayView2<'_, f64>) -> Result<SortedRows> {
+        SortedRows::folded(&self.plan, uvw_m)
+    }
+
+    /// An empty gridder of several processes, each of which holds a part of the planes. `sample` are some of the rows of this process, m \[row, 3\], and `each` how
+    /// many rows stand behind one of them; all processes together then share rows and work evenly. `None` where visibilities alias over the edge of the grid, or where
+    /// the part of a process does not fit into the share of the memory budget.
+    ///
+    /// # Errors
+    /// As [`Transform::sort`].
+    pub fn shared_gridder(&self, (sample, each): (ArrayView2<'_, f64>, f64), ranks: &dyn Ranks) -> Result<Option<SharedGridder<T>>> {
+        let plan = &self.plan;
+        let mut work = self.work_of_tiles(sample, each)?;
+        ranks.sum(&mut work);
+        let bytes = |o: &Owners| PlaneRows::<T>::bytes_of_rows(o.most_rows(plan.table.support), plan.planes(), plan.nu);
+        let owners = Owners::new(plan, &work, ranks).filter(|o| bytes(o) <= plan.plane_bytes);
+        let mut without = [f64::from(u8::from(owners.is_none()))];
+        ranks.largest(&mut without);
+        Ok(owners.filter(|_| without[0] == 0.0).map(|owners| SharedGridder::on(Arc::clone(plan), owners)))
+    }
+
+    /// About how long the nodes in each row of tiles take, in any unit, of rows m \[row, 3\] that each stand for `each`.
+    ///
+    /// # Errors
+    /// As [`Transform::sort`].
+    pub fn work_of_tiles(&self, sample: ArrayView2<'_, f64>, each: f64) -> Result<Vec<f64>> {
+        let mut work = vec![0.0; self.plan.tiles_v()];
+        add_work_of_tiles(&self.plan, &self.fold(sample)?, each, &mut work);
+        Ok(work)
+    }
+
     /// An empty gridder by bands.
     #[must_use]
     pub fn band_gridder(&self, bands: &Bands) -> BandGridder<T> {
@@ -127,12 +166,7 @@ impl<T: Real> Transform<T> {
     #[must_use]
     pub fn work(&self, rows: &SortedRows) -> PassWork {
         let plan = &self.plan;
-        let (planes, terms): (usize, Box<dyn Fn(f64) -> usize>) = match &plan.w.basis {
-            WBasis::Powers { inverse_w, enough, screens } => {
-                (screens.len(), Box::new(move |w: f64| 1 + enough.iter().filter(|e| (w * inverse_w).abs() > **e).count()))
-            }
-            WBasis::Planes { count, table, .. } => (*count, Box::new(move |_| table.support)),
-        };
+        let planes = plan.planes();
         let cells = (plan.table.support * plan.table.lanes * 2) as f64;
         let mut work = PassWork::default();
         for row in rows.chunks.iter().flat_map(|c| &c.rows) {
@@ -141,7 +175,7 @@ impl<T: Real> Transform<T> {
             work.node_bytes += (freq.len() * 2 * size_of::<T>()) as f64;
             work.channel_multiply_adds +=
                 if row.class + 1 < plan.channels.classes.len() { (freq.len() * plan.n_chan()) as f64 } else { 0.0 };
-            work.spread_multiply_adds += freq.iter().map(|f| cells * terms(row.uvw[2] * f) as f64).sum::<f64>();
+            work.spread_multiply_adds += freq.iter().map(|f| cells * plan.planes_of(row.uvw[2] * f) as f64).sum::<f64>();
         }
         let (nu, nv) = (plan.nu as f64, plan.nv as f64);
         let transforms = |count: f64, n: f64| count * 2.5 * n * n.log2();

@@ -1,6 +1,7 @@
 //! Images that several processes make together, of data that stay in memory: band by band of v.
 
 use super::imager::Imager;
+use super::over_ranks::SMALL_PLANES;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use crate::Result;
 use crate::fourier::{Bands, Nodes, Real};
@@ -8,9 +9,6 @@ use crate::progress::{Event, Observer, Silent};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, CowArray, Ix2};
 use num_complex::Complex;
-
-/// Bytes of planes that are made at once by every process. The heap grows in steps of this size, so that bands of smaller planes would save nothing.
-pub(super) const SMALL_PLANES: usize = 16 << 20;
 
 /// Reports several passes over the rows as one.
 struct OnePass<'a> {

@@ -15,7 +15,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
-use ndarray::{Array1, Axis};
+use ndarray::{Array1, Array2, Axis};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -23,6 +23,11 @@ use std::sync::Arc;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 pub(super) const REDUCED_BYTES: usize = 16;
+
+/// Rows of a process that are looked at before they are shared, at most.
+const SAMPLE: usize = 1 << 14;
+/// Fewest rows that several processes read between two exchanges.
+const LEAST_ROWS: usize = 1 << 10;
 
 /// Where the rows of a block come from.
 enum Reduce<'a> {
@@ -65,7 +70,7 @@ impl<'a> Data<'a> {
         mut one_pass: Option<&mut OnePass>,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        let (n_rows, spectrum) = (source.n_rows(), source.header().spectrum.clone());
+        let (n_rows, spectrum, ranks) = (source.n_rows(), source.header().spectrum.clone(), source.ranks());
         let focus = source.header().near_field.focus.filter(|f| !antennas && !f.is_on_axis());
         let focus = focus.map(|f| (f, spectrum.freq_hz().to_vec()));
         let reduction = Reduction { selector, unit_weights, antennas, focus };
@@ -76,21 +81,26 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let band_hz = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
+        let processes = if one_pass.is_some() { ranks.size() } else { 1 };
+        let rows_at_once = rows_of_one_pass(rows_of_block(source.header(), memory.imaging_block(fits)), processes);
         let ranges = (0..n_rows).step_by(rows_at_once).map(|start| start..(start + rows_at_once).min(n_rows));
         let mut ahead = VecDeque::new();
         if let Some(image) = one_pass.as_deref_mut().filter(|_| in_parts) {
-            // The transform must know how far all rows reach.
-            let mut extent = UvwExtent::default();
+            // The transform must know how far all rows reach, and processes what each of them has.
+            let (mut extent, each) = (UvwExtent::default(), n_rows.div_ceil(SAMPLE).max(1));
+            let mut sample: Vec<[f64; 3]> = Vec::new();
             for range in ranges.clone() {
                 let coverage = source.read_coverage(range.clone())?;
                 refuse_impossible(&coverage, range.start)?;
                 extent = extent.union(UvwExtent::of(coverage.uvw_m.view()));
+                let some = coverage.uvw_m.rows().into_iter().step_by(each).map(|uvw| [uvw[0], uvw[1], uvw[2]]);
+                sample.extend(some.filter(|uvw| uvw.iter().all(|x| x.is_finite())));
                 if fits {
                     ahead.push_back(coverage);
                 }
             }
-            image.begin(extent)?;
+            let sample = Array2::from(sample);
+            image.begin(extent.shared(&*ranks), (sample.view(), each as f64), ranges.len())?;
         }
         // What is done with a block, whichever way it was read.
         let mut take = |survey: &mut Survey, (first_row, coverage): (usize, &UvCoverage), read: Reduce<'_>| -> Result<ReducedBlock> {
@@ -148,7 +158,9 @@ impl<'a> Data<'a> {
             })?;
         }
         observer.event(Event::Done);
-        let ranks = source.ranks();
+        if let Some(image) = one_pass.as_deref_mut() {
+            image.finish_rounds()?;
+        }
         survey.share(&*ranks, &mut times);
         let center = one_center(center, &*ranks)?;
         if times.0 <= times.1 {
@@ -264,6 +276,12 @@ impl<'a> Data<'a> {
     pub fn has_blocks(&self) -> bool {
         self.cache.as_ref().is_none_or(|blocks| blocks.len() > 1)
     }
+}
+
+/// Rows of a block of an image that is made while the set is read, from those that one process would take: what is on its way between processes falls as the rest of
+/// their memory.
+pub(crate) fn rows_of_one_pass(rows: usize, processes: usize) -> usize {
+    if processes == 1 { rows } else { (rows / processes).max(LEAST_ROWS) }
 }
 
 fn several_centers() -> ChainError {

@@ -79,6 +79,7 @@ pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use corrected::{CorrectionOptions, pattern_image};
 pub use data::Data;
+pub(crate) use data::rows_of_one_pass;
 pub use delta_t::{DeltaT, delta_t};
 pub use imager::{ImageMisfit, Imager, Residual};
 pub(crate) use major::cleaned as clean_once;

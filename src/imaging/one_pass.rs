@@ -2,34 +2,48 @@
 //!
 //! With natural weights a visibility counts as much as its own weight says, so that it can be gridded as soon as it is known. The visibilities need
 //! not be kept, and a large set is not read again. Every other weighting needs the density of all rows first.
+//!
+//! Several processes each hold a part of the planes. They read blocks of rows side by side, and after each block they give its nodes to the processes that grid them.
 
 use super::ImagingOptions;
+use super::over_ranks::{SMALL_PLANES, summed};
 use super::pol::DataCounts;
 use super::reduction::{ReducedBlock, Reduction, finite_uvw};
 use super::session::LONG;
 use super::weights::ImageWeights;
-use crate::fourier::{GridOptions, Gridder, NodeParts, Transform, UvwExtent};
+use crate::fourier::{GridOptions, Gridder, NodeParts, SharedGridder, Transform, UvwExtent, in_precision};
 use crate::{ChainError, Result};
-use cittert_arrays::{PartSource, SkyGrid, UvCoverage, VisUnit, VisibilitySource};
-use ndarray::Array2;
+use cittert_arrays::{PartSource, Ranks, SkyGrid, UvCoverage, VisUnit, VisibilitySource};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex32;
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, OnceLock};
 
 /// The image of a set that is read.
-#[derive(Debug)]
 pub(super) struct OnePass {
     pub(super) grid: SkyGrid,
     freq_hz: Vec<f64>,
     options: GridOptions,
-    /// Number of visibilities, used or not.
+    /// Number of visibilities of this process, used or not.
     n_vis: u64,
-    at_work: Option<(Transform<f32>, Gridder<f32>)>,
+    at_work: Option<(Transform<f32>, Planes)>,
+    ranks: Arc<dyn Ranks>,
+    /// Blocks that are still to be read, by the process that has most of them.
+    rounds: usize,
     /// Weights are divided by this number. It is a power of two, so that it changes no digit of the image, whichever row is read first.
     scale: OnceLock<f64>,
     /// True where a weight over the scale is so large that the sums could leave single precision.
     overflows: AtomicBool,
+}
+
+/// The planes of an image.
+#[derive(Debug)]
+enum Planes {
+    /// All of them, for the rows of this process.
+    Whole(Gridder<f32>),
+    /// A part, for the rows of all processes.
+    Shared(SharedGridder<f32>),
 }
 
 /// Largest weight over the scale. Sums over 1e12 visibilities, and over the pixels of a plane, then stay within single precision.
@@ -47,10 +61,10 @@ impl OnePass {
             return Ok(None);
         }
         let grid = SkyGrid::new(size.columns, size.rows, cell.si(), SkyGrid::frame_of(center))?;
-        if !ImageWeights::will_be_those_of_the_data(options) || source.ranks().size() > 1 {
+        if !ImageWeights::will_be_those_of_the_data(options) {
             return Ok(None);
         }
-        let freq_hz = source.header().spectrum.freq_hz().to_vec();
+        let (freq_hz, ranks) = (source.header().spectrum.freq_hz().to_vec(), source.ranks());
         let n_vis = (source.n_rows() * freq_hz.len()) as u64;
         Ok(Some(Self {
             grid,
@@ -58,18 +72,31 @@ impl OnePass {
             options: options.grid_options(),
             n_vis,
             at_work: None,
+            ranks,
+            rounds: 0,
             scale: OnceLock::new(),
             overflows: AtomicBool::new(false),
         }))
     }
 
-    /// Begin with rows of this extent. Where their planes do not fit into the memory together, the image is not made here.
-    pub(super) fn begin(&mut self, extent: UvwExtent) -> Result<()> {
-        let transform = Transform::new(&self.grid, &self.freq_hz, extent, &self.options, self.n_vis.min(LONG))?;
-        if transform.groups_of_planes() == 1 {
-            let gridder = transform.gridder();
-            self.at_work = Some((transform, gridder));
-        }
+    /// Begin with the rows of all processes: their extent, a sample of those of this one, the number of rows behind each of the sample, and the number of blocks of this
+    /// process. Where the planes do not fit into the memory together, the image is not made here.
+    pub(super) fn begin(&mut self, extent: UvwExtent, sample: (ArrayView2<'_, f64>, f64), blocks: usize) -> Result<()> {
+        let mut n_vis = [self.n_vis as f64];
+        self.ranks.sum(&mut n_vis);
+        let transform = Transform::new(&self.grid, &self.freq_hz, extent, &self.options, (n_vis[0] as u64).min(LONG))?;
+        let planes = if self.ranks.size() > 1 && transform.plane_bytes() > SMALL_PLANES {
+            transform.shared_gridder(sample, &*self.ranks)?.map(Planes::Shared)
+        } else {
+            // The groups follow from the memory of this process.
+            let mut groups = [transform.groups_of_planes() as f64];
+            self.ranks.largest(&mut groups);
+            (groups[0] == 1.0).then(|| Planes::Whole(transform.gridder()))
+        };
+        let mut rounds = [blocks as f64];
+        self.ranks.largest(&mut rounds);
+        self.rounds = rounds[0] as usize;
+        self.at_work = planes.map(|planes| (transform, planes));
         Ok(())
     }
 
@@ -85,10 +112,15 @@ impl OnePass {
         (coverage, chans): (&UvCoverage, usize),
         read: (&mut dyn PartSource, Range<usize>),
     ) -> Result<(ReducedBlock, DataCounts)> {
-        let Some((transform, gridder)) = &mut self.at_work else {
+        let Some((transform, planes)) = &mut self.at_work else {
             return Err(ChainError::Internal("rows were read for an image that was not begun".into()));
         };
-        let rows = transform.sort(finite_uvw(coverage)?.view())?;
+        let uvw_m = finite_uvw(coverage)?;
+        let rows = match planes {
+            Planes::Whole(_) => transform.sort(uvw_m.view())?,
+            Planes::Shared(_) => transform.fold(uvw_m.view())?,
+        };
+        drop(uvw_m);
         let mut nodes = transform.nodes(&rows);
         let reduced = {
             let (parts, scale, overflows) = (nodes.in_parts(&rows, reduction.step(chans))?, &self.scale, &self.overflows);
@@ -99,8 +131,29 @@ impl OnePass {
             };
             reduction.reduce_parts((coverage, chans), read, Some(&take))?
         };
-        gridder.add_nodes(&rows, &nodes)?;
+        match planes {
+            Planes::Whole(gridder) => gridder.add_nodes(&rows, &nodes)?,
+            Planes::Shared(gridder) => {
+                let factor = common_scale(&mut self.scale, &*self.ranks);
+                gridder.add(Some((rows, nodes, factor)), &*self.ranks)?;
+                self.rounds = self.rounds.saturating_sub(1);
+            }
+        }
         Ok(reduced)
+    }
+
+    /// Grid what other processes still read, after the last block of this one.
+    pub(super) fn finish_rounds(&mut self) -> Result<()> {
+        if let Some((_, Planes::Shared(gridder))) = &mut self.at_work {
+            for _ in 0..std::mem::take(&mut self.rounds) {
+                common_scale(&mut self.scale, &*self.ranks);
+                gridder.add(None, &*self.ranks)?;
+            }
+        }
+        let mut failed = [f64::from(u8::from(self.has_failed()))];
+        self.ranks.largest(&mut failed);
+        self.overflows.fetch_or(failed[0] > 0.0, Relaxed);
+        Ok(())
     }
 
     /// True if the image is of no use, because the weight that was met first is far smaller than others. The visibilities must then be read again.
@@ -110,9 +163,32 @@ impl OnePass {
 
     /// The sum over all visibilities of their images, each times its weight over the scale, and the scale.
     pub(super) fn finish(self) -> Option<(f64, Array2<f32>)> {
-        let (_, gridder) = self.at_work.filter(|_| !self.overflows.into_inner())?;
-        Some((self.scale.get().copied().unwrap_or(1.0), gridder.finish()))
+        let Self { at_work, ranks, mut scale, overflows, .. } = self;
+        let (_, planes) = at_work.filter(|_| !overflows.into_inner())?;
+        let image = match planes {
+            Planes::Whole(gridder) if ranks.size() == 1 => gridder.finish(),
+            Planes::Whole(gridder) => {
+                let (mut image, factor): (Array2<f64>, f32) = (gridder.finish(), common_scale(&mut scale, &*ranks));
+                image *= f64::from(factor);
+                summed(&*ranks, &mut image);
+                in_precision(image)
+            }
+            Planes::Shared(gridder) => gridder.finish(&*ranks),
+        };
+        Some((scale.get().copied().unwrap_or(1.0), image))
     }
+}
+
+/// Make the scale of all processes the largest of them, and say by what the values over the scale of this process must be multiplied. A process that has met no weight yet
+/// takes the scale of the others.
+fn common_scale(scale: &mut OnceLock<f64>, ranks: &dyn Ranks) -> f32 {
+    let own = scale.get().copied();
+    let mut largest = [own.unwrap_or(0.0)];
+    ranks.largest(&mut largest);
+    if largest[0] > 0.0 {
+        *scale = OnceLock::from(largest[0]);
+    }
+    own.map_or(1.0, |own| (own / largest[0]) as f32)
 }
 
 /// Set the nodes of rows to those of their visibilities, times weights over the scale \[row, chan\]. Returns the largest of these weights.

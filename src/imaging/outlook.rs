@@ -4,11 +4,11 @@
 //! The baselines of some runs of rows, spread over the set, stand for all. They are cut and sorted by the same code that grids them, so the numbers of
 //! nodes and multiply-adds are those of the rows that were looked at, and those of the whole set to within what the sample misses.
 
-use super::banded::SMALL_PLANES;
 use super::data::REDUCED_BYTES;
 use super::one_pass::OnePass;
 use super::opened::share;
 use super::options::ImagingOptions;
+use super::over_ranks::SMALL_PLANES;
 use super::psf::CORE_SIDES;
 use super::session::LONG;
 use super::size::choose_grid;
@@ -66,6 +66,12 @@ impl PassCounts {
         self.part(1.0 / ranks.max(1) as f64)
     }
 
+    /// The work of a process that grids so many times its share.
+    #[must_use]
+    pub fn busier(self, by: f64) -> Self {
+        Self { nodes: by * self.nodes, grid_multiply_adds: by * self.grid_multiply_adds, sorted_bytes: by * self.sorted_bytes, ..self }
+    }
+
     /// The work of this part of the rows.
     #[must_use]
     pub fn part(mut self, part: f64) -> Self {
@@ -109,8 +115,10 @@ pub struct Outlook {
     pub in_parts: bool,
     /// Bytes of the file that are then in memory at once.
     pub part_bytes: f64,
-    /// True where a dirty image is made while the set is read.
+    /// True where a dirty image is made while the set is read, if its planes fit into the memory.
     pub one_pass: bool,
+    /// The work in each row of tiles of the grid of such an image, in any unit.
+    pub tile_work: Vec<f64>,
     /// True where all rows of a block have the same weights, so that one row is held. Found from some rows.
     pub alike: bool,
     /// The budget of memory that decides this.
@@ -276,7 +284,13 @@ impl Outlook {
         let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
         let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
         let part_bytes = source.in_parts().map_or(0, |parts| parts.held_bytes()) as f64;
-        let one_pass = in_parts && image.size.groups == 1 && OnePass::of(source, options)?.is_some();
+        let one_pass = in_parts && OnePass::of(source, options)?.is_some();
+        let tile_work = if one_pass {
+            Transform::<f32>::new(&grid, of_channel, survey.extent, &options.grid_options(), n_vis)?
+                .work_of_tiles(sample.uvw_m.view(), sample.factor)?
+        } else {
+            Vec::new()
+        };
         let outlook = Self {
             channels_out: channels.len(),
             processes: 1,
@@ -286,6 +300,7 @@ impl Outlook {
             in_parts,
             part_bytes,
             one_pass,
+            tile_work,
             alike: in_parts && sample.used == 1.0 && weights_are_alike(source, options.unit_weights)?,
             memory,
             blocks: (block_rows, n_rows.div_ceil(block_rows.max(1))),
@@ -312,6 +327,20 @@ impl Outlook {
         self.grid.n_l as f64 * self.grid.n_m as f64
     }
 
+    /// What a process has of the transform of a dirty image that is made while the set is read, and the work of the busiest over its fair share: `Some(None)` where
+    /// it has all of it. `None` where no image is made so.
+    #[must_use]
+    pub fn planes_of_one_pass(&self) -> Option<Option<(BandSize, f64)>> {
+        let (image, alone) = (&self.image, self.processes == 1);
+        if !self.one_pass || (alone && image.size.groups > 1) {
+            return None;
+        }
+        if alone || image.size.plane_bytes <= SMALL_PLANES as u64 {
+            return Some(None);
+        }
+        image.size.by_owners(&self.tile_work, (self.grid.n_l, image.real_bytes), self.processes).map(Some)
+    }
+
     /// The same set shared by so many processes.
     #[must_use]
     pub fn shared(&self, ranks: usize, memory: MemoryBudget) -> Self {
@@ -319,7 +348,6 @@ impl Outlook {
         let mut own = self.clone();
         own.shape.0 = by(self.shape.0);
         own.processes = ranks.max(1);
-        own.one_pass &= ranks <= 1;
         own.memory = memory;
         own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
         own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;

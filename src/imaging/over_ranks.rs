@@ -4,6 +4,9 @@ use crate::fourier::{Gridder, Real, in_precision};
 use cittert_arrays::Ranks;
 use ndarray::Array2;
 
+/// Bytes of planes that are made at once by every process. The heap grows in steps of this size, so that bands of smaller planes would save nothing.
+pub(super) const SMALL_PLANES: usize = 16 << 20;
+
 /// Values that are summed at once.
 const PART: usize = 1 << 16;
 

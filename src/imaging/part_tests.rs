@@ -6,7 +6,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
-    PartSource, Polarization, Result, RowPart, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource, Weighting,
+    Part, PartSource, Polarization, Result, RowPart, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource, Weighting,
 };
 use ndarray::Axis;
 use num_complex::Complex32;
@@ -196,6 +196,50 @@ fn an_image_in_one_pass_is_that_of_the_kept_visibilities() {
         // With less memory there are more blocks, of which the sums are made in another order.
         let error = (&images[2] - &images[0]).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         assert!(error < 3e-6 * images[0].iter().fold(0.0_f64, |a, v| a.max(v.abs())));
+    }
+}
+
+/// Several processes make such an image together, each of a part of the planes where these are large, and it is that of one process. Their blocks of rows need
+/// not be as many, nor their first weights as large; where a weight is far larger than the first, all of them read the set again.
+#[test]
+fn several_processes_make_an_image_in_one_pass() {
+    let far_apart = |mut set: VisibilitySet| {
+        let n = set.n_rows();
+        set.data.weights.slice_mut(ndarray::s![..n / 3, .., ..]).mapv_inplace(|w| 1e-3 * w);
+        set
+    };
+    let tiny = |mut set: VisibilitySet| {
+        set.data.weights.slice_mut(ndarray::s![..5, .., ..]).fill(1e-34);
+        set
+    };
+    for (side, source) in [(96_u16, set()), (1536, far_apart(set())), (1536, tiny(even_set()))] {
+        let options = ImagingOptions {
+            cell: Some(Angle(1e-3 * 96.0 / f64::from(side))),
+            size: Some(ImageSize::square(side.into())),
+            weighting: Weighting::Natural,
+            ..ImagingOptions::default()
+        };
+        let mut whole = InParts(source.clone());
+        let mut plain = Imager::new(&mut whole, options.clone(), &Silent).unwrap();
+        let (beam, image) = (plain.psf(0, &Silent).unwrap(), plain.dirty(0, &Silent).unwrap());
+        for size in [2, 3] {
+            let made = crate::fixtures::as_processes(size, |ranks| {
+                // The first process has few rows, and so the fewest blocks.
+                let n = source.n_rows();
+                let bound = |rank: usize| n * rank * rank / (size * size);
+                let data = source.data.rows(bound(ranks.rank())..bound(ranks.rank() + 1)).unwrap();
+                let own = VisibilitySet { data, ..source.clone() };
+                let mut part = Part::own(Box::new(InParts(own)), ranks);
+                let mut imager = Imager::of_one_image(&mut part, options.clone(), &Silent).unwrap();
+                (imager.psf(0, &Silent).unwrap(), imager.dirty(0, &Silent).unwrap())
+            });
+            assert!(made.iter().all(|images| *images == made[0]));
+            for (found, expected) in [(&made[0].0, &beam), (&made[0].1, &image)] {
+                let peak = expected.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+                let error = (found - expected).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+                assert!(error < 3e-6 * peak, "{side} {size}: {error} of {peak}");
+            }
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::Universe;
 use mpi::point_to_point::{MatchedReceiveVec, Message, Status};
 use mpi::topology::{Rank, SimpleCommunicator};
-use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Equivalence, Root, Source};
 use mpi::{Count, Threading};
 use std::sync::{Arc, Mutex};
 
@@ -15,6 +15,8 @@ use std::sync::{Arc, Mutex};
 const PART: usize = 1 << 20;
 /// Bytes of one message.
 const BYTES: usize = 1 << 26;
+/// A place in memory for no bytes.
+static NO_BYTES: [u8; 1] = [0];
 /// Tags of the last part of a message, and of all others.
 const LAST: i32 = 1;
 const MORE: i32 = 2;
@@ -68,6 +70,12 @@ fn counted(lengths: impl Iterator<Item = usize>) -> (Vec<Count>, Vec<Count>) {
     lengths.scan(0, |at, n| Some((of(n), of(std::mem::replace(at, *at + n))))).unzip()
 }
 
+/// Give each process its part of `own`, and get `theirs` of each.
+fn trade_at_once<V: Equivalence>(own: &[V], lengths: &[usize], all: &mut [V], theirs: &[usize]) {
+    let ((counts, starts), (from_each, places)) = (counted(lengths.iter().copied()), counted(theirs.iter().copied()));
+    world().all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
+}
+
 impl Ranks for World {
     fn rank(&self) -> usize {
         world().rank().unsigned_abs() as usize
@@ -105,11 +113,20 @@ impl Ranks for World {
     }
 
     fn deal(&self, own: &[u8], lengths: &[usize], all: &mut [u8]) {
-        let world = world();
+        // No bytes lie at address 1, which MPI takes for its sign that the buffer of what is got has what is given too.
+        let own = if own.is_empty() { &NO_BYTES[..0] } else { own };
         let mine = lengths.get(self.rank()).copied().unwrap_or(0);
-        let (counts, starts) = counted(lengths.iter().copied());
-        let (from_each, places) = counted(std::iter::repeat_n(mine, lengths.len()));
-        world.all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
+        trade_at_once(own, lengths, all, &vec![mine; lengths.len()]);
+    }
+
+    fn trade(&self, own: Vec<u64>, lengths: &[usize]) -> (Vec<u64>, Vec<usize>) {
+        let stated: Vec<u64> = lengths.iter().map(|n| *n as u64).collect();
+        let mut theirs = vec![0_u64; stated.len()];
+        world().all_to_all_into(&stated[..], &mut theirs[..]);
+        let theirs: Vec<usize> = theirs.into_iter().map(|n| n as usize).collect();
+        let mut all = vec![0; theirs.iter().sum()];
+        trade_at_once(&own, lengths, &mut all, &theirs);
+        (all, theirs)
     }
 
     fn send(&self, to: usize, message: &[u8]) {

@@ -1,0 +1,85 @@
+//! Gridding by several processes while they read a set: each holds the rows of the grid of its own tiles, and no process keeps a visibility.
+
+use super::fft::{transform_rows, used_rows};
+use super::gridder::grid_units;
+use super::own_columns::{OwnColumns, StripeRows};
+use super::owners::Owners;
+use super::parcels::{Given, trade};
+use super::plan::Plan;
+use super::plane_rows::PlaneRows;
+use super::real::Real;
+use crate::{ChainError, Result, ensure};
+use cittert_arrays::Ranks;
+use ndarray::Array2;
+use num_complex::Complex;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Sums the weighted visibilities of many blocks of rows, which several processes read, into one image.
+///
+/// All processes add their blocks at the same time. The nodes of a block go to the processes that hold the tiles that they lie in. At the end each process
+/// transforms its rows along u, and gives the columns of the image in them to the processes that transform these along v.
+///
+/// ```text
+/// for each block { fold; fill its nodes; add }; finish
+/// ```
+#[derive(Debug)]
+pub struct SharedGridder<T: Real> {
+    plan: Arc<Plan<T>>,
+    owners: Owners,
+    /// The planes. Only rows of this process have memory.
+    planes: PlaneRows<T>,
+}
+
+impl<T: Real> SharedGridder<T> {
+    pub(super) fn on(plan: Arc<Plan<T>>, owners: Owners) -> Self {
+        let mut planes = PlaneRows::unfilled(plan.n_rows, plan.planes());
+        let mut stripes = planes.stripes_mut();
+        let per_row = plan.planes() * plan.nu;
+        let mut held: Vec<usize> = vec![0; stripes.len()];
+        owners.held(plan.table.support, owners.rank()).into_iter().for_each(|(s, rows)| held[s] = rows * per_row);
+        stripes.par_iter_mut().zip(held).for_each(|(stripe, len)| {
+            **stripe = Vec::with_capacity(len);
+            stripe.resize(len, Complex::new(T::default(), T::default()));
+        });
+        Self { plan, owners, planes }
+    }
+
+    /// Add the nodes of rows that were folded by the transform of this gridder, each times `factor`. All processes call it as often; one that has no rows
+    /// left gives `None`.
+    ///
+    /// # Errors
+    /// The nodes are those of other rows, or a message of another process is damaged.
+    pub fn add(&mut self, given: Option<Given<T>>, ranks: &dyn Ranks) -> Result<()> {
+        let plan = &self.plan;
+        let traded = trade(plan, &self.owners, given, ranks)?;
+        let own = traded.rows.colours.iter().flatten().all(|unit| self.owners.of(unit.v) == self.owners.rank());
+        ensure!(own, ChainError::Internal("a process got visibilities of tiles that it does not hold".into()));
+        grid_units(plan, (&traded.rows, &traded.nodes()), (&self.planes, 0..plan.planes()), 0..plan.tiles_v())
+    }
+
+    /// The image \[m, l\] of everything that was added by all processes. All get the same bits.
+    #[must_use]
+    pub fn finish<P: Real>(mut self, ranks: &dyn Ranks) -> Array2<P> {
+        let plan = &self.plan;
+        let per_row = plan.planes() * plan.nu;
+        let stripes = self.planes.stripes_mut();
+        transform_rows(
+            plan,
+            stripes.into_par_iter().enumerate().map(|(s, stripe)| {
+                let used = (used_rows(plan, s) * per_row).min(stripe.len());
+                &mut stripe[..used]
+            }),
+        );
+        let held: Vec<Vec<StripeRows>> = (0..self.owners.size()).map(|process| self.owners.held(plan.table.support, process)).collect();
+        let mut columns = OwnColumns::new(plan, (self.owners.rank(), self.owners.size()));
+        let mut stripes = self.planes.stripes_mut();
+        for k in 0..held.iter().map(Vec::len).max().unwrap_or(0) {
+            let stripe_of = |process: usize| held[process].get(k).map(|(s, rows)| (*s, used_rows(plan, *s).min(*rows)));
+            let of_each: Vec<Option<StripeRows>> = (0..held.len()).map(stripe_of).collect();
+            let own = of_each[self.owners.rank()].map(|(s, _)| std::mem::take(stripes[s])).unwrap_or_default();
+            columns.trade(plan, (&own, &of_each), ranks);
+        }
+        columns.image(plan, ranks)
+    }
+}
