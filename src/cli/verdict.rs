@@ -131,11 +131,7 @@ fn of_prediction(
     let antennas = header.layout.antennas();
     let name = |k: usize| antennas.get(k).map_or_else(|| k.to_string(), |a| a.name.clone());
     let mut findings = residuals.as_ref().map_or_else(Vec::new, |r| of_residuals(r, &name, flux));
-    // What an image says of itself explains what it leaves of the visibilities, where it is not finished.
-    let (unfinished, other): (Vec<Finding>, Vec<Finding>) =
-        of_image(facts, residuals.as_ref()).into_iter().partition(|f| f.name == "components_ran_out");
-    findings.splice(0..0, unfinished);
-    findings.extend(other);
+    findings.extend(of_image(facts, residuals.as_ref()));
     if let Some(pedestal) = of_pedestal(&header) {
         // The set knows the right pedestal, so it need not be guessed from the image.
         findings.retain(|f| f.name != pedestal.name);

@@ -35,9 +35,9 @@ class Forecasts:
         return json.loads(told.stdout.splitlines()[-1])
 
     def on_nodes(self, file, options, threads):
-        """The cells of a row: time and memory of `dirty` and of `clean`, and what breaks first."""
+        """The cells of a row: time and memory of `dirty`, of the same with natural weights and of `clean`, and what breaks first."""
         row, limits = [], []
-        for command, more in [("dirty", []), ("clean", CLEAN)]:
+        for command, more in [("dirty", []), ("dirty", ["--weighting", "natural"]), ("clean", CLEAN)]:
             cluster = self.of(command, file, [*options, *more], threads)["cluster"]
             row += [shown(cluster["seconds"]), f"{cluster['rank_bytes'] / 1e9:.3g} GB"]
             limits.append(f"{cluster['limit']} {100 * cluster['limit_part']:.0f} %")
@@ -71,12 +71,12 @@ def main():
     for threads in [1, 2, 4, 8, 16, 64]:
         dirty = forecasts.of("dirty", args.b, [*B, "--weighting", "natural"], threads)["seconds"]
         print(f"| {threads} | {dirty:.2f} | {forecasts.of('clean', args.b, B_CLEAN, threads)['seconds']:.1f} |")
-    print("machines | dirty | memory | clean | memory")
+    print("machines | dirty | memory | natural | memory | clean | memory")
     for nodes in [1, 8, 64]:
         print(f"| {nodes} | {forecasts.on_nodes(args.b, [*LARGE, '--nodes', nodes], 16)}")
     with tempfile.TemporaryDirectory() as folder:
         low = ska_low(Path(folder), args.program)
-        print("memory of a machine | dirty | memory | clean | memory")
+        print("memory of a machine | dirty | memory | natural | memory | clean | memory")
         for memory in ["512GiB", "2TiB"]:
             print(f"| {memory} | {forecasts.on_nodes(low, [*SKA, '--node-memory', memory], 64)}")
 
