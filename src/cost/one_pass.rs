@@ -9,7 +9,7 @@ use crate::imaging::{Field, Outlook, rows_of_one_pass};
 
 impl Held<'_> {
     /// The forecast of such an image. Its restoring beam is made after it, from the weights of the rows. `shared` is what a process has of the planes, where several
-    /// share them, and how many nodes the busiest grids over its fair share: the others wait for it.
+    /// share them, and the work of the busiest over its fair share: the others wait for it.
     pub(super) fn in_one_pass(self, format: InputFormat, shared: Option<(BandSize, f64)>) -> Forecast {
         let outlook = self.outlook;
         let (shared, busiest) = (shared.map(|(size, _)| size), shared.map_or(1.0, |(_, busiest)| busiest));
