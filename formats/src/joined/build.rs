@@ -6,9 +6,9 @@ use super::rows::{Major, Row, Scan, rows};
 use super::shelf::Shelf;
 use super::slots::stretches;
 use crate::{FormatError, Result};
-use cittert_arrays::VisibilityHeader;
 use cittert_arrays::astrometry::format_utc;
 use cittert_arrays::quantity::{Duration, Frequency};
+use cittert_arrays::{Ranks, VisibilityHeader};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
@@ -23,41 +23,61 @@ pub(super) struct Files<'a> {
     pub(super) names: &'a [PathBuf],
     pub(super) header: &'a VisibilityHeader,
     pub(super) places: &'a [Places],
+    /// Number of rows of each file.
+    pub(super) rows: &'a [usize],
+}
+
+/// The scan of each file. Each process reads its part of all rows.
+fn scans(files: &Files<'_>, shelf: &mut Shelf, ranks: &dyn Ranks) -> Result<Vec<Scan>> {
+    let all = files.rows.iter().sum::<usize>();
+    let (first, end) = (all * ranks.rank() / ranks.size(), all * (ranks.rank() + 1) / ranks.size());
+    let (mut own, mut start) = (vec![Scan::NOTHING; files.rows.len()], 0);
+    for (k, n_rows) in files.rows.iter().enumerate() {
+        let range = first.clamp(start, start + n_rows) - start..end.clamp(start, start + n_rows) - start;
+        if !range.is_empty() {
+            own[k] = Scan::of(shelf.take(k)?, &files.places[k], range).map_err(|e| FormatError::values(&files.names[k], e))?;
+        }
+        start += n_rows;
+    }
+    let of_each = ranks.exchange(bytemuck::cast_slice(&own).to_vec());
+    let mut all = vec![Scan::NOTHING; own.len()];
+    for bytes in &of_each {
+        let scans: Vec<Scan> = bytemuck::pod_collect_to_vec(bytes);
+        all.iter_mut().zip(&scans).for_each(|(scan, next)| *scan = scan.then(next));
+    }
+    Ok(all)
 }
 
 /// Which files hold each row, and sentences about gaps.
 ///
 /// # Errors
 /// Damage to a file, or two files that hold the same data or the same rows in different orders.
-pub(super) fn index(files: &Files<'_>, shelf: &mut Shelf) -> Result<(RowIndex, Vec<String>)> {
-    let mut scans = Vec::with_capacity(files.names.len());
-    for (k, places) in files.places.iter().enumerate() {
-        scans.push(Scan::of(shelf.take(k)?, places).map_err(|e| FormatError::values(&files.names[k], e))?);
-    }
+pub(super) fn index(files: &Files<'_>, shelf: &mut Shelf, ranks: &dyn Ranks) -> Result<(RowIndex, Vec<String>)> {
+    let scans = scans(files, shelf, ranks)?;
     let major = Major::choose(&scans);
     let same = scans.iter().map(|s| s.tolerance_days).fold(f64::INFINITY, f64::min);
     let slack = if major == Major::Pair || major == Major::Swapped { 0.0 } else { same };
-    let mut order: Vec<usize> = (0..scans.len()).filter(|k| scans[*k].n_rows > 0).collect();
+    let mut order: Vec<usize> = (0..scans.len()).filter(|k| files.rows[*k] > 0).collect();
     let range = |k: usize| scans[k].range[major as usize];
-    order.sort_by(|a, b| range(*a).0.total_cmp(&range(*b).0).then(a.cmp(b)));
+    order.sort_by(|a, b| range(*a)[0].total_cmp(&range(*b)[0]).then(a.cmp(b)));
     let mut build = Build { files, index: RowIndex::default(), same, slack, major };
     let mut gaps = Gaps::default();
     let mut k = 0;
     while k < order.len() {
-        let (mut end, mut last) = (range(order[k]).1, k + 1);
-        while last < order.len() && range(order[last]).0 <= end + slack {
-            end = end.max(range(order[last]).1);
+        let (mut end, mut last) = (range(order[k])[1], k + 1);
+        while last < order.len() && range(order[last])[0] <= end + slack {
+            end = end.max(range(order[last])[1]);
             last += 1;
         }
         let mut group = order[k..last].to_vec();
         group.sort_unstable();
         match group[..] {
-            [one] => build.whole(one, scans[one].n_rows),
+            [one] => build.whole(one, files.rows[one]),
             _ => build.group(&group, shelf)?,
         }
         if major == Major::Time && last < order.len() {
             let integration_s = group.iter().chain([&order[last]]).map(|f| scans[*f].integration_s).fold(0.0, f64::max);
-            gaps.add(end, range(order[last]).0, integration_s);
+            gaps.add(end, range(order[last])[0], integration_s);
         }
         k = last;
     }

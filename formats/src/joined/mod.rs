@@ -33,6 +33,7 @@ pub use source::JoinedSource;
 
 use crate::registry::open_column;
 use crate::{FormatError, Result, VisColumn};
+use cittert_arrays::{Alone, Ranks};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
@@ -42,10 +43,18 @@ impl JoinedSource {
     /// # Errors
     /// A file that cannot be read or lacks the column, a file that is named twice, headers that do not agree, or files that hold the same data.
     pub fn open(files: &[PathBuf], column: VisColumn) -> Result<Self> {
+        Self::open_together(files, column, &Alone)
+    }
+
+    /// As [`JoinedSource::open`], by several processes that all call it and share the search for the order of the rows.
+    ///
+    /// # Errors
+    /// As [`JoinedSource::open`]. A process may not meet the damage that another one meets.
+    pub fn open_together(files: &[PathBuf], column: VisColumn, ranks: &dyn Ranks) -> Result<Self> {
         let mut files = files.to_vec();
         files.sort();
         refuse_twice(&files)?;
-        Self::of(files.clone(), Box::new(move |k| open_column(&files[k], column)))
+        Self::of(files.clone(), Box::new(move |k| open_column(&files[k], column)), ranks)
     }
 
     /// Another column of the same files.

@@ -49,7 +49,7 @@ fn cut(part: &RowPart<'_>, pieces: &[Piece], step: usize, take: &(dyn Fn(RowPart
 mod tests {
     use super::super::tests::{parts, plan, plans, set};
     use super::*;
-    use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
+    use cittert_arrays::{Alone, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
     use num_complex::Complex32;
     use proptest::prelude::*;
     use std::path::PathBuf;
@@ -96,7 +96,7 @@ mod tests {
 
     fn joined(files: Vec<VisibilitySet>) -> JoinedSource {
         let names = (0..files.len()).map(|k| PathBuf::from(format!("part{k:04}.uvh5"))).collect();
-        JoinedSource::of(names, Box::new(move |k| Ok(Box::new(InParts(files[k].clone()))))).unwrap()
+        JoinedSource::of(names, Box::new(move |k| Ok(Box::new(InParts(files[k].clone())))), &Alone).unwrap()
     }
 
     proptest! {

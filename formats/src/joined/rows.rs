@@ -1,7 +1,9 @@
 //! The order in which files store their rows.
 
 use super::headers::Places;
+use bytemuck::{Pod, Zeroable};
 use cittert_arrays::{Result, UvCoverage, VisibilitySource};
+use std::ops::Range;
 
 /// Rows whose coverage is read at once.
 const CHUNK: usize = 1 << 16;
@@ -62,54 +64,124 @@ impl Major {
 
     /// The order of all files: the first in which each of them is sorted.
     pub(super) fn choose(scans: &[Scan]) -> Self {
-        [Self::Time, Self::Pair, Self::Swapped].into_iter().find(|m| scans.iter().all(|s| s.sorted[*m as usize])).unwrap_or(Self::Nothing)
+        [Self::Time, Self::Pair, Self::Swapped]
+            .into_iter()
+            .find(|m| scans.iter().all(|s| s.back[*m as usize] == 0))
+            .unwrap_or(Self::Nothing)
     }
 }
 
-/// What one pass over the rows of a file tells.
-#[derive(Debug, Clone)]
+/// What one pass over some rows of a file tells. Processes exchange it as bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct Scan {
-    pub(super) n_rows: usize,
+    pub(super) n_rows: u64,
     /// Lowest and highest number of each order.
-    pub(super) range: [(f64, f64); 4],
-    /// Whether the rows are sorted, by each order.
-    sorted: [bool; 4],
+    pub(super) range: [[f64; 2]; 4],
+    /// How many rows come after one that should follow them, by each order.
+    back: [u64; 4],
     /// Largest difference of times that are the same, days.
     pub(super) tolerance_days: f64,
     /// Longest integration, s.
     pub(super) integration_s: f64,
+    /// The numbers of the first row and of the last one.
+    first: [f64; 4],
+    last: [f64; 4],
+    /// How much the time of the first row may be lower than that of the row before it, days.
+    first_slack_days: f64,
 }
 
+/// All orders, by their numbers.
+const ORDERS: [Major; 4] = [Major::Time, Major::Pair, Major::Swapped, Major::Nothing];
+
 impl Scan {
-    /// Read where all rows of a file are.
+    /// No rows.
+    pub(super) const NOTHING: Self = Self {
+        n_rows: 0,
+        range: [[f64::INFINITY, f64::NEG_INFINITY]; 4],
+        back: [0; 4],
+        tolerance_days: SAME_TIME_S / DAY_S,
+        integration_s: 0.0,
+        first: [0.0; 4],
+        last: [0.0; 4],
+        first_slack_days: 0.0,
+    };
+
+    /// Read where some rows of a file are.
     ///
     /// # Errors
     /// Damage to the file.
-    pub(super) fn of(file: &mut dyn VisibilitySource, places: &Places) -> Result<Self> {
-        let all = [Major::Time, Major::Pair, Major::Swapped, Major::Nothing];
-        let mut scan = Self {
-            n_rows: file.n_rows(),
-            range: [(f64::INFINITY, f64::NEG_INFINITY); 4],
-            sorted: [true; 4],
-            tolerance_days: SAME_TIME_S / DAY_S,
-            integration_s: 0.0,
-        };
-        let mut last: Option<Row> = None;
-        for start in (0..scan.n_rows).step_by(CHUNK) {
-            let coverage = file.read_coverage(start..(start + CHUNK).min(scan.n_rows))?;
-            for (row, integration_s) in rows(&coverage, places).zip(&coverage.integration_s) {
-                let same = tolerance_days(*integration_s);
-                scan.tolerance_days = scan.tolerance_days.min(same);
-                scan.integration_s = scan.integration_s.max(*integration_s);
-                for major in all {
-                    let (k, value) = (major as usize, major.of(&row));
-                    let slack = if major == Major::Time { same } else { 0.0 };
-                    scan.sorted[k] &= last.is_none_or(|last| value >= major.of(&last) - slack);
-                    scan.range[k] = (scan.range[k].0.min(value), scan.range[k].1.max(value));
-                }
-                last = Some(row);
-            }
+    pub(super) fn of(file: &mut dyn VisibilitySource, places: &Places, range: Range<usize>) -> Result<Self> {
+        let mut scan = Self::NOTHING;
+        for start in range.clone().step_by(CHUNK) {
+            let coverage = file.read_coverage(start..(start + CHUNK).min(range.end))?;
+            rows(&coverage, places).zip(&coverage.integration_s).for_each(|(row, integration_s)| scan.add(&row, *integration_s));
         }
         Ok(scan)
+    }
+
+    fn add(&mut self, row: &Row, integration_s: f64) {
+        let (own, same) = (ORDERS.map(|major| major.of(row)), tolerance_days(integration_s));
+        if self.n_rows == 0 {
+            (self.first, self.first_slack_days, self.last) = (own, same, own);
+        }
+        self.n_rows += 1;
+        self.tolerance_days = self.tolerance_days.min(same);
+        self.integration_s = self.integration_s.max(integration_s);
+        for (k, value) in own.into_iter().enumerate() {
+            self.back[k] += u64::from(falls(k, (self.last[k], value), same));
+            self.range[k] = [self.range[k][0].min(value), self.range[k][1].max(value)];
+        }
+        self.last = own;
+    }
+
+    /// The scan of rows and of those that follow them in the file.
+    pub(super) fn then(self, next: &Self) -> Self {
+        if self.n_rows == 0 || next.n_rows == 0 {
+            return if self.n_rows == 0 { *next } else { self };
+        }
+        let falls = |k: usize| u64::from(falls(k, (self.last[k], next.first[k]), next.first_slack_days));
+        let range = |k: usize| [self.range[k][0].min(next.range[k][0]), self.range[k][1].max(next.range[k][1])];
+        Self {
+            n_rows: self.n_rows + next.n_rows,
+            range: [0, 1, 2, 3].map(range),
+            back: [0, 1, 2, 3].map(|k| self.back[k] + next.back[k] + falls(k)),
+            tolerance_days: self.tolerance_days.min(next.tolerance_days),
+            integration_s: self.integration_s.max(next.integration_s),
+            last: next.last,
+            ..self
+        }
+    }
+}
+
+/// Whether a row should come before the one before it, by the order of that number.
+fn falls(order: usize, (before, value): (f64, f64), slack_days: f64) -> bool {
+    let slack = if order == Major::Time as usize { slack_days } else { 0.0 };
+    !(value >= before - slack)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows in order, and rows of which some come too early, cut at every place.
+    #[test]
+    fn the_scans_of_parts_are_together_the_scan_of_all() {
+        let rows: Vec<(Row, f64)> = [(0.0, 0, 1), (0.0, 1, 2), (10.0, 0, 2), (9.0, 0, 1), (20.0, 3, 4), (20.0, 1, 4)]
+            .into_iter()
+            .map(|(time_jd, ant1, ant2)| (Row { time_jd, ant1, ant2, center: 0 }, 1.0 + time_jd))
+            .collect();
+        let scan = |rows: &[(Row, f64)]| {
+            let mut scan = Scan::NOTHING;
+            rows.iter().for_each(|(row, integration_s)| scan.add(row, *integration_s));
+            scan
+        };
+        let all = scan(&rows);
+        assert_eq!((all.back, all.range[0]), ([1, 3, 3, 1], [0.0, 20.0]));
+        for cut in 0..=rows.len() {
+            assert_eq!(scan(&rows[..cut]).then(&scan(&rows[cut..])), all, "{cut}");
+        }
+        assert_eq!(Major::choose(&[scan(&rows[..3])]), Major::Time);
+        assert_eq!(Major::choose(&[all]), Major::Nothing);
     }
 }

@@ -5,7 +5,7 @@ use super::headers::{Agreed, Headers, Places};
 use super::index::{Place, RowIndex};
 use super::shelf::{Open, Shelf};
 use crate::{FormatError, Result};
-use cittert_arrays::{ArrayError, PartSource, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{ArrayError, PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3, s};
 use num_complex::Complex;
 use std::collections::BTreeMap;
@@ -51,11 +51,11 @@ pub(super) struct Piece {
 type FileRows = (u32, Range<usize>);
 
 impl JoinedSource {
-    /// A set of files with these names, which `open` opens by their numbers.
+    /// A set of files with these names, which `open` opens by their numbers. Each of several processes looks for its part of the rows.
     ///
     /// # Errors
     /// As [`JoinedSource::open`].
-    pub(super) fn of(names: Vec<PathBuf>, open: Open) -> Result<Self> {
+    pub(super) fn of(names: Vec<PathBuf>, open: Open, ranks: &dyn Ranks) -> Result<Self> {
         let mut shelf = Shelf::new(names.len(), open);
         let mut headers = Headers::new(names.clone());
         let mut rows = Vec::with_capacity(names.len());
@@ -67,7 +67,7 @@ impl JoinedSource {
             in_parts &= file.in_parts().is_some();
         }
         let Agreed { mut header, places, mut notes } = headers.agreed()?;
-        let (index, of_rows) = index(&Files { names: &names, header: &header, places: &places }, &mut shelf)?;
+        let (index, of_rows) = index(&Files { names: &names, header: &header, places: &places, rows: &rows }, &mut shelf, ranks)?;
         notes.extend(of_rows);
         let list: Vec<String> = names.iter().map(|n| n.display().to_string()).collect();
         header.history.push(format!("one set of {} files: {}", names.len(), list.join(", ")));

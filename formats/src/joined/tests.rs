@@ -164,7 +164,7 @@ pub(super) fn parts(plan: &Plan, set: &VisibilitySet) -> Vec<VisibilitySet> {
 
 fn joined(parts: Vec<VisibilitySet>) -> Result<JoinedSource> {
     let names = (0..parts.len()).map(|k| PathBuf::from(format!("part{k:04}.uvh5"))).collect();
-    JoinedSource::of(names, Box::new(move |k| Ok(Box::new(parts[k].clone()))))
+    JoinedSource::of(names, Box::new(move |k| Ok(Box::new(parts[k].clone()))), &Alone)
 }
 
 fn error(parts: Vec<VisibilitySet>) -> String {
@@ -394,7 +394,7 @@ fn a_file_that_changed_since_is_refused() {
     let rows: Vec<usize> = (0..6).collect();
     let parts = [part(&whole, &rows, &[0], &[0]), part(&whole, &rows, &[1], &[0])];
     let shorter = part(&whole, &rows[..5], &[1], &[0]);
-    let first = JoinedSource::of(vec!["a".into(), "b".into()], Box::new(move |k| Ok(Box::new(parts[k].clone())))).unwrap();
+    let first = JoinedSource::of(vec!["a".into(), "b".into()], Box::new(move |k| Ok(Box::new(parts[k].clone()))), &Alone).unwrap();
     let mut later = first.beside(Box::new(move |_| Ok(Box::new(shorter.clone()))));
     let e = later.read_rows(0..6).unwrap_err().to_string();
     assert!(e.contains("6 rows, as at the beginning") && e.contains("5 rows"), "{e}");

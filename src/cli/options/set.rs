@@ -77,7 +77,7 @@ impl SetFiles {
         self.open_column(column.chosen().unwrap_or_default(), context)
     }
 
-    /// Open the chosen column, all rows in each process.
+    /// Open the chosen column, all rows in each process. All processes call it.
     ///
     /// # Errors
     /// As [`SetFiles::open_chosen`].
@@ -85,7 +85,7 @@ impl SetFiles {
         self.whole(column.chosen().unwrap_or_default(), context)
     }
 
-    /// Open the data, all rows in each process.
+    /// Open the data, all rows in each process. All processes call it.
     ///
     /// # Errors
     /// As [`SetFiles::open`].
@@ -109,11 +109,8 @@ impl SetFiles {
     }
 
     /// Open several files as one set.
-    ///
-    /// # Errors
-    /// As [`SetFiles::open_chosen`].
-    pub fn joined(&self, column: VisColumn, context: &Context) -> Result<JoinedSource> {
-        let set = JoinedSource::open(&self.0, column)?;
+    fn joined(&self, column: VisColumn, context: &Context) -> Result<JoinedSource> {
+        let set = JoinedSource::open_together(&self.0, column, &*ranks::all())?;
         let (rows, header) = (set.n_rows(), set.header());
         let shape = format!("{rows} rows, {} channels, {} products", header.spectrum.n_chan(), header.polarizations.len());
         context.console.note(&format!("{} files are one set: {shape}", self.0.len()));
