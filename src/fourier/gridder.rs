@@ -4,7 +4,7 @@ use super::channels::{compress, expand};
 use super::degridder::Degridder;
 use super::fft::{correct, planes_to_image};
 use super::grid_options::GridOptions;
-use super::lanes::{Work, run_task, tile_len};
+use super::lanes::{Work, ask_for, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
 use super::plane_groups::{grid_row, in_group, plane_groups, reaches};
 use super::plane_rows::{PlaneRows, TILE};
@@ -255,6 +255,9 @@ impl<T: Real> Work<T> for Hold {
     }
 }
 
+/// Bytes that the processor loads at once.
+const IN_CACHE_LINE: usize = 64;
+
 /// Adds finished tiles to the planes, from its turn on. It locks one stripe of rows at a time.
 struct Flush<'a, T: Real> {
     plan: &'a Plan<T>,
@@ -287,12 +290,19 @@ impl<T: Real> Work<T> for Flush<'_, T> {
                 held = None;
             }
             let (_, rows) = held.get_or_insert_with(|| lock(r / TILE));
+            let first = place.u * TILE;
+            // The lines of the planes lie far apart, which the processor cannot foresee.
+            if (r + 1) % TILE != 0 {
+                for p in (0..planes).filter_map(|p| in_group(place.slab, p, self.group)) {
+                    let next = ((r % TILE + 1) * self.planes.planes + p) * nu + first;
+                    (next..next + cells).step_by(IN_CACHE_LINE / size_of::<Complex<T>>()).for_each(|at| ask_for(rows, at));
+                }
+            }
             for (p, plane) in line.chunks_exact(2 * stride).enumerate() {
                 let Some(p) = in_group(place.slab, p, self.group) else { continue };
                 let at = ((r % TILE) * self.planes.planes + p) * nu;
                 let row = &mut rows[at..at + nu];
                 let plane: &[Complex<T>] = &bytemuck::cast_slice(plane)[..cells];
-                let first = place.u * TILE;
                 if first + cells <= nu {
                     let row = &mut row[first..first + cells];
                     for k in 0..cells {

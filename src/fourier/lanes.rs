@@ -174,7 +174,7 @@ const AHEAD: usize = 3;
 
 /// Ask the processor to load an element into its cache.
 #[inline(always)]
-fn ask_for<V>(values: &[V], at: usize) {
+pub(super) fn ask_for<V>(values: &[V], at: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(value) = values.get(at) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
