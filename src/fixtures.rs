@@ -232,21 +232,6 @@ impl Ranks for Threads {
         all.copy_from_slice(&of_each.collect::<Vec<_>>().concat());
     }
 
-    fn trade(&self, own: Vec<u64>, lengths: &[usize]) -> (Vec<u64>, Vec<usize>) {
-        let stated: Vec<u64> = lengths.iter().map(|n| *n as u64).collect();
-        let stated = self.exchange(bytemuck::pod_collect_to_vec(&stated));
-        let given = self.exchange(bytemuck::pod_collect_to_vec(&own));
-        let (mut all, mut theirs) = (Vec::new(), Vec::new());
-        for (lengths, given) in stated.iter().zip(&given) {
-            let (lengths, given): (Vec<u64>, Vec<u64>) = (bytemuck::pod_collect_to_vec(lengths), bytemuck::pod_collect_to_vec(given));
-            let first: u64 = lengths[..self.rank].iter().sum();
-            let own = given.iter().skip(first as usize).take(lengths[self.rank] as usize);
-            theirs.push(own.len());
-            all.extend(own);
-        }
-        (all, theirs)
-    }
-
     fn send(&self, to: usize, message: &[u8]) {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner).push(Letter { from: self.rank, to, content: message.to_vec() });
     }

@@ -37,11 +37,21 @@ pub trait Ranks: Send + Sync {
         all.copy_from_slice(own);
     }
 
-    /// Give each process its part of `own`, whose lengths are `lengths`, and get what every process gives to this one, in the order of their numbers, with
-    /// the lengths. Unlike in [`Ranks::deal`], each process states its own lengths. They are counted in words of 8 bytes, of which a message has at most 2^31.
-    fn trade(&self, own: Vec<u64>, _lengths: &[usize]) -> (Vec<u64>, Vec<usize>) {
-        let length = own.len();
-        (own, vec![length])
+    /// Begin to give each process the words of its place in `gifts`, of which each has at most 2^31. They travel while this process goes on; [`Ranks::got`] ends the trade.
+    /// Several trades that have begun end in the order in which they began.
+    fn give(&self, mut gifts: Vec<Vec<u64>>) -> Gifts {
+        let own = gifts.get_mut(self.rank()).map(std::mem::take).unwrap_or_default();
+        for (to, words) in gifts.iter().enumerate().filter(|(to, _)| *to != self.rank()) {
+            self.send(to, &words.iter().flat_map(|word| word.to_ne_bytes()).collect::<Vec<u8>>());
+        }
+        Gifts { own, underway: None }
+    }
+
+    /// End a trade: what every process gives to this one, in the order of their numbers.
+    fn got(&self, mut gifts: Gifts) -> Vec<Vec<u64>> {
+        let words = |bytes: Vec<u8>| bytes.as_chunks().0.iter().map(|word| u64::from_ne_bytes(*word)).collect();
+        let of = |from: usize| if from == self.rank() { std::mem::take(&mut gifts.own) } else { words(self.awaited(from)) };
+        (0..self.size()).map(of).collect()
     }
 
     /// Send a message to another process, which must take or await it. Messages between two processes keep their order.
@@ -56,6 +66,26 @@ pub trait Ranks: Send + Sync {
     fn awaited(&self, _from: usize) -> Vec<u8> {
         Vec::new()
     }
+}
+
+/// What a process gives in a trade that has begun.
+pub struct Gifts {
+    /// What it keeps for itself.
+    pub own: Vec<u64>,
+    /// What is on its way to others.
+    pub underway: Option<Box<dyn Underway>>,
+}
+
+impl std::fmt::Debug for Gifts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gifts").field("own", &self.own.len()).finish_non_exhaustive()
+    }
+}
+
+/// Messages that are on their way.
+pub trait Underway: Send {
+    /// Wait until they have left this process.
+    fn wait(self: Box<Self>);
 }
 
 /// Where the items of a process stand among those of all: the number of the first, and how many all processes have. `own` is how many this one has; the

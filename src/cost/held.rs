@@ -74,8 +74,8 @@ impl Held<'_> {
         let nodes = field.pass.nodes * 2.0 * field.real_bytes as f64;
         // The planes have taken the place of what the first block was sorted in, so that the next one takes new memory.
         let of_block = field.pass.sorted_bytes + SORTING * self.runs(field) + nodes;
-        // What a process gives is still in memory while it gets as much.
-        let of_trade = if traded { nodes + 2.0 * self.rows() * PART } else { 0.0 };
+        // While a process gets the nodes of a block, it still has what it gave of this block and of the next one.
+        let of_trade = if traded { 2.0 * nodes + 3.0 * self.rows() * PART } else { 0.0 };
         ahead + self.of_file() + (of_block + of_trade) * self.block_rows() / self.rows().max(1.0)
     }
 

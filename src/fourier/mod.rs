@@ -54,6 +54,7 @@ mod sort;
 mod sorted_rows;
 #[cfg(test)]
 mod tests;
+mod tile_work;
 mod transform;
 #[cfg(test)]
 mod transform_tests;
@@ -81,6 +82,7 @@ pub(crate) use real::in_precision;
 pub use schedule::Idle;
 pub use shared_gridder::SharedGridder;
 pub use size::{BandSize, TransformSize};
-pub use sorted_rows::SortedRows;
+pub use sorted_rows::{FoldedRows, SortedRows};
+pub use tile_work::SampleOfRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

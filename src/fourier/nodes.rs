@@ -5,7 +5,7 @@ use super::gridder::{Gridder, turn_nodes};
 use super::plan::Plan;
 use super::real::Real;
 use super::sort::Row;
-use super::sorted_rows::SortedRows;
+use super::sorted_rows::{FoldedRows, SortedRows};
 use crate::{ChainError, Result, ensure};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -21,13 +21,13 @@ pub struct Nodes<T: Real> {
 }
 
 impl<T: Real> Nodes<T> {
-    pub(super) fn of(plan: Arc<Plan<T>>, rows: &SortedRows) -> Self {
+    pub(super) fn of(plan: Arc<Plan<T>>, rows: &FoldedRows) -> Self {
         let chunks = rows.chunks.iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         Self { plan, chunks }
     }
 
     /// Check that they are nodes of these rows and of this plan.
-    pub(super) fn check(&self, plan: &Plan<T>, rows: &SortedRows) -> Result<()> {
+    pub(super) fn check(&self, plan: &Plan<T>, rows: &FoldedRows) -> Result<()> {
         rows.check(plan)?;
         let same = self.plan.id == plan.id && self.chunks.iter().map(Vec::len).eq(rows.chunks.iter().map(|c| c.n_nodes));
         ensure!(same, ChainError::Incompatible("nodes of some rows were given for others".into()));
@@ -38,7 +38,7 @@ impl<T: Real> Nodes<T> {
     ///
     /// # Errors
     /// They are nodes of other rows.
-    pub fn set_equal(&mut self, rows: &SortedRows, vis: &[Complex<T>]) -> Result<()> {
+    pub fn set_equal(&mut self, rows: &FoldedRows, vis: &[Complex<T>]) -> Result<()> {
         self.check(&self.plan, rows)?;
         let n_chan = self.plan.n_chan();
         ensure!(vis.len() == n_chan, ChainError::Incompatible(format!("{} channels for a transform of {n_chan}", vis.len())));
@@ -62,7 +62,7 @@ impl<T: Real> Nodes<T> {
     ///
     /// # Errors
     /// They are nodes of other rows.
-    pub fn in_parts<'n>(&'n mut self, rows: &'n SortedRows, step: usize) -> Result<NodeParts<'n, T>> {
+    pub fn in_parts<'n>(&'n mut self, rows: &'n FoldedRows, step: usize) -> Result<NodeParts<'n, T>> {
         self.check(&self.plan, rows)?;
         let step = step.max(1);
         let n_rows = rows.chunks.last().map_or(0, |c| c.range.end);

@@ -87,21 +87,17 @@ impl<T: Real> OwnColumns<T> {
         for first in (0..lines.iter().copied().max().unwrap_or(0)).step_by(at_once) {
             let now = |process: usize| first.min(lines[process])..(first + at_once).min(lines[process]);
             let mine = &stripe[now(self.rank).start * plan.nu..now(self.rank).end * plan.nu];
-            let mut given: Vec<u64> = Vec::new();
-            for columns in &self.columns {
-                mine.chunks_exact(plan.nu).for_each(|line| given.extend_from_slice(bytemuck::cast_slice(&line[columns.clone()])));
-            }
-            let words = size_of::<Complex<T>>() / size_of::<u64>();
-            let lengths: Vec<usize> = self.columns.iter().map(|c| now(self.rank).len() * c.len() * words).collect();
-            let (got, _) = ranks.trade(given, &lengths);
-            let mut got: &[Complex<T>] = bytemuck::cast_slice(&got);
-            for (process, of) in of_each.iter().enumerate() {
+            let to = |columns: &Range<usize>| {
+                let lines = mine.chunks_exact(plan.nu).map(|line| bytemuck::cast_slice(&line[columns.clone()]));
+                lines.collect::<Vec<&[u64]>>().concat()
+            };
+            let got = ranks.got(ranks.give(self.columns.iter().map(to).collect()));
+            for ((process, of), from_it) in of_each.iter().enumerate().zip(&got) {
                 let (Some((s, _)), here) = (of, now(process)) else { continue };
                 let kept = &mut self.stripes[*s];
                 kept.resize(used_rows(plan, *s) * planes * own.len(), Complex::new(T::default(), T::default()));
-                let (from_it, rest) = got.split_at(here.len() * own.len());
-                kept[here.start * own.len()..here.end * own.len()].iter_mut().zip(from_it).for_each(|(sum, v)| *sum += v);
-                got = rest;
+                let places = &mut kept[here.start * own.len()..here.end * own.len()];
+                places.iter_mut().zip(bytemuck::cast_slice::<u64, Complex<T>>(from_it)).for_each(|(sum, v)| *sum += v);
             }
         }
     }

@@ -8,10 +8,10 @@ use super::owners::Owners;
 use super::plan::Plan;
 use super::real::{Real, fused};
 use super::sort::{Chunk, Row, Span, tile_of};
-use super::sorted_rows::{MOST_CHUNKS, SortedRows};
+use super::sorted_rows::{FoldedRows, MOST_CHUNKS, SortedRows};
 use crate::{ChainError, Result, ensure};
 use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
-use cittert_arrays::Ranks;
+use cittert_arrays::{Gifts, Ranks};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -41,22 +41,20 @@ const fn node<T>() -> usize {
 const LEAST: usize = 256;
 
 /// Rows that are folded, their nodes, and by what these are multiplied first.
-pub type Given<T> = (SortedRows, Nodes<T>, T);
+pub type Given<T> = (FoldedRows, Nodes<T>, T);
 
 /// The rows and nodes that a process grids: its own, and those that it got from others.
-pub(super) struct Traded<T: Real> {
+pub(super) struct Traded {
     pub(super) rows: SortedRows,
-    own: Option<Nodes<T>>,
-    got: Vec<u64>,
-    /// Where the nodes of each chunk lie that others gave.
-    places: Vec<Range<usize>>,
+    /// The messages of all processes, and where the nodes of each chunk lie in them.
+    messages: Vec<Vec<u64>>,
+    places: Vec<(usize, Range<usize>)>,
 }
 
-impl<T: Real> Traded<T> {
+impl Traded {
     /// The nodes of each chunk.
-    pub(super) fn nodes(&self) -> Vec<&[Complex<T>]> {
-        let own = self.own.iter().flat_map(|nodes| &nodes.chunks).map(Vec::as_slice);
-        own.chain(self.places.iter().map(|at| cast_slice(&self.got[at.clone()]))).collect()
+    pub(super) fn nodes<T: Real>(&self) -> Vec<&[Complex<T>]> {
+        self.places.iter().map(|(from, at)| cast_slice(&self.messages[*from][at.clone()])).collect()
     }
 }
 
@@ -115,63 +113,52 @@ fn spans<T: Real>(plan: &Plan<T>, owners: &Owners, chunk: &Chunk) -> Vec<Vec<Spa
     spans_of_each(plan, owners, chunk)
 }
 
-/// Give the nodes of folded rows to the processes that own their tiles, and get those of the tiles of this process. All processes call it together. One that has no
+/// Begin to give the nodes of folded rows to the processes that own their tiles; this one gives itself a message too. All processes call it as often. One that has no
 /// rows left gives none.
 ///
 /// # Errors
-/// The nodes are those of other rows, or a message is damaged.
-pub(super) fn trade<T: Real>(plan: &Plan<T>, owners: &Owners, given: Option<Given<T>>, ranks: &dyn Ranks) -> Result<Traded<T>> {
-    let (mut chunks, mut own) = (Vec::new(), None);
-    if let Some((rows, mut nodes, factor)) = given {
-        nodes.check(plan, &rows)?;
-        if factor != T::one() {
-            nodes.chunks.par_iter_mut().flatten().for_each(|v| *v = v.scale(factor));
-        }
-        (chunks, own) = (rows.chunks, Some(nodes));
+/// The nodes are those of other rows.
+pub(super) fn give<T: Real>(plan: &Plan<T>, owners: &Owners, given: Option<Given<T>>, ranks: &dyn Ranks) -> Result<Gifts> {
+    let Some((rows, mut nodes, factor)) = given else { return Ok(ranks.give(vec![Vec::new(); owners.size()])) };
+    nodes.check(plan, &rows)?;
+    if factor != T::one() {
+        nodes.chunks.par_iter_mut().flatten().for_each(|v| *v = v.scale(factor));
     }
-    let of_each: Vec<Vec<Vec<Span>>> = chunks.par_iter().map(|chunk| spans(plan, owners, chunk)).collect();
-    let nodes = own.as_ref().map_or(&[][..], |nodes| &nodes.chunks);
-    let (message, lengths) = message(owners, (&chunks, nodes), &of_each);
-    let (got, lengths) = ranks.trade(message, &lengths);
-    let cut_own = |(chunk, spans): (Chunk, Vec<Vec<Span>>)| Chunk::of_spans(plan, chunk.rows, chunk.n_nodes, &spans[owners.rank()]);
-    let mut made = chunks.into_par_iter().zip(of_each).map(cut_own).collect::<Result<Vec<_>>>()?;
-    let (mut pieces, mut first) = (Vec::new(), 0);
-    for length in lengths {
-        pieces.extend(pieces_of::<T>(&got, first..first + length, MOST_CHUNKS.div_ceil(owners.size()))?);
-        first += length;
-    }
-    made.par_extend(pieces.par_iter().map(|(parts, _)| chunk_of(plan, parts)).collect::<Result<Vec<_>>>()?);
-    let places = pieces.into_iter().map(|(_, nodes)| nodes).collect();
-    Ok(Traded { rows: SortedRows::of_chunks(plan, made), own, got, places })
+    let of_each: Vec<Vec<Vec<Span>>> = rows.chunks.par_iter().map(|chunk| spans(plan, owners, chunk)).collect();
+    let message = |process: usize| message((&rows.chunks, &nodes.chunks), &of_each, process);
+    Ok(ranks.give((0..owners.size()).map(message).collect()))
 }
 
-/// What this process gives to each other one, in words, and how many words that are.
-fn message<T: Real>(
-    owners: &Owners,
-    (chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]),
-    of_each: &[Vec<Vec<Span>>],
-) -> (Vec<u64>, Vec<usize>) {
-    let to = |process: usize| of_each.iter().filter(move |_| process != owners.rank()).map(move |spans| &spans[process]);
+/// Get the nodes of the tiles of this process.
+///
+/// # Errors
+/// A message is damaged.
+pub(super) fn got<T: Real>(plan: &Plan<T>, gifts: Gifts, ranks: &dyn Ranks) -> Result<Traded> {
+    let messages = ranks.got(gifts);
+    let (mut pieces, mut places) = (Vec::new(), Vec::new());
+    for (from, words) in messages.iter().enumerate() {
+        for (parts, nodes) in pieces_of::<T>(words, MOST_CHUNKS.div_ceil(messages.len()))? {
+            pieces.push(parts);
+            places.push((from, nodes));
+        }
+    }
+    let made = pieces.par_iter().map(|parts| chunk_of(plan, parts)).collect::<Result<Vec<_>>>()?;
+    Ok(Traded { rows: SortedRows::of_chunks(plan, made), messages, places })
+}
+
+/// What this process gives to one, in words.
+fn message<T: Real>((chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]), of_each: &[Vec<Vec<Span>>], process: usize) -> Vec<u64> {
     let n_nodes = |spans: &[Span]| spans.iter().map(Span::n_nodes).sum::<usize>();
-    let counts = |process: usize| (to(process).map(Vec::len).sum::<usize>(), to(process).map(|s| n_nodes(s)).sum::<usize>());
-    let length = |process: usize| {
-        let (parts, nodes) = counts(process);
-        if process == owners.rank() { 0 } else { COUNTS + parts * PART + nodes * node::<T>() }
-    };
-    let lengths: Vec<usize> = (0..owners.size()).map(length).collect();
-    let mut all = vec![0; lengths.iter().sum()];
+    let spans = || of_each.iter().map(|of_chunk| &of_chunk[process]);
+    let (n_parts, n_all) = (spans().map(Vec::len).sum::<usize>(), spans().map(|s| n_nodes(s)).sum::<usize>());
+    let mut all = vec![0; COUNTS + n_parts * PART + n_all * node::<T>()];
     let mut rest = &mut all[..];
     let mut take = |n: usize| rest.split_off_mut(..n).unwrap_or_default();
-    let mut places: Vec<(usize, &[Span], &mut [u64])> = Vec::new();
-    let mut node_places: Vec<&mut [u64]> = Vec::new();
-    for process in (0..owners.size()).filter(|process| *process != owners.rank()) {
-        let (parts, nodes) = counts(process);
-        take(COUNTS).copy_from_slice(&[parts as u64, nodes as u64]);
-        to(process).enumerate().for_each(|(chunk, spans)| places.push((chunk, spans, take(spans.len() * PART))));
-        to(process).for_each(|spans| node_places.push(take(n_nodes(spans) * node::<T>())));
-    }
-    places.into_par_iter().zip(node_places).for_each(|((chunk, spans, parts), mut to)| {
-        let (chunk, nodes) = (&chunks[chunk], &nodes[chunk]);
+    take(COUNTS).copy_from_slice(&[n_parts as u64, n_all as u64]);
+    let parts: Vec<&mut [u64]> = spans().map(|spans| take(spans.len() * PART)).collect();
+    let node_places: Vec<&mut [u64]> = spans().map(|spans| take(n_nodes(spans) * node::<T>())).collect();
+    let sources: Vec<_> = chunks.iter().zip(nodes).zip(spans()).collect();
+    sources.into_par_iter().zip(parts).zip(node_places).for_each(|((((chunk, nodes), spans), parts), mut to)| {
         for (span, part) in spans.iter().zip(cast_slice_mut::<u64, Part>(parts)) {
             let row = &chunk.rows[span.row as usize];
             *part = Part { uvw: row.uvw, class: row.class as u32, lo: span.lo, hi: span.hi, conjugate: u32::from(row.conjugate) };
@@ -179,14 +166,13 @@ fn message<T: Real>(
             to.split_off_mut(..own.len()).unwrap_or_default().copy_from_slice(own);
         }
     });
-    (all, lengths)
+    all
 }
 
-/// The parts of a message that lies `at` some words, divided among at most `most` chunks, with the words of their nodes.
-fn pieces_of<T: Real>(words: &[u64], at: Range<usize>, most: usize) -> Result<Vec<(&[Part], Range<usize>)>> {
-    let message = words.get(at.clone()).ok_or_else(damaged)?;
+/// The parts of a message, divided among at most `most` chunks, with the words of their nodes.
+fn pieces_of<T: Real>(message: &[u64], most: usize) -> Result<Vec<(&[Part], Range<usize>)>> {
     let Some(([n_parts, n_nodes], rest)) = message.split_first_chunk::<COUNTS>() else {
-        // A process gives nothing to itself.
+        // A process that has no rows left sends nothing.
         return if message.is_empty() { Ok(Vec::new()) } else { Err(damaged()) };
     };
     let words = (*n_parts as usize).checked_mul(PART).ok_or_else(damaged)?;
@@ -194,7 +180,7 @@ fn pieces_of<T: Real>(words: &[u64], at: Range<usize>, most: usize) -> Result<Ve
     let parts: &[Part] = cast_slice(parts);
     let count = |parts: &[Part]| parts.iter().map(|p| p.hi.saturating_sub(p.lo) as usize).sum::<usize>();
     ensure!(count(parts) == *n_nodes as usize && count(parts) * node::<T>() == nodes.len(), damaged());
-    let mut first = at.end - nodes.len();
+    let mut first = message.len() - nodes.len();
     let each = parts.len().div_ceil(most.max(1)).max(LEAST);
     let divide = |parts| {
         let start = first;
@@ -221,17 +207,4 @@ fn chunk_of<T: Real>(plan: &Plan<T>, parts: &[Part]) -> Result<(Chunk, Vec<u64>)
 
 fn damaged() -> ChainError {
     ChainError::Internal("a message from another process does not have the nodes that it should".into())
-}
-
-/// About how long the nodes of some rows take in each row of tiles, times `each`.
-pub(super) fn add_work_of_tiles<T: Real>(plan: &Plan<T>, rows: &SortedRows, each: f64, sums: &mut [f64]) {
-    let (half, below, period) = (plan.table.support as f64 / 2.0, plan.below() as f64, plan.nv as f64);
-    let costs: Vec<f64> = (0..=plan.planes().max(plan.slab_depth())).map(|planes| each * plan.node_cost(planes)).collect();
-    for row in rows.chunks.iter().flat_map(|chunk| &chunk.rows) {
-        for f in &plan.channels.classes[row.class].freq_hz {
-            if let Some(sum) = sums.get_mut(tile_of(row.uvw[1] * f, half, below, period).0) {
-                *sum += costs[plan.planes_of(row.uvw[2] * f)];
-            }
-        }
-    }
 }

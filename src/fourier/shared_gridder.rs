@@ -4,12 +4,12 @@ use super::fft::{transform_rows, used_rows};
 use super::gridder::grid_units;
 use super::own_columns::{OwnColumns, StripeRows};
 use super::owners::Owners;
-use super::parcels::{Given, trade};
+use super::parcels::{Given, give, got};
 use super::plan::Plan;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::Ranks;
+use cittert_arrays::{Gifts, Ranks};
 use ndarray::Array2;
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -29,6 +29,8 @@ pub struct SharedGridder<T: Real> {
     owners: Owners,
     /// The planes. Only rows of this process have memory.
     planes: PlaneRows<T>,
+    /// The trade of the last block, which is gridded when the next one has been given.
+    last: Option<Gifts>,
 }
 
 impl<T: Real> SharedGridder<T> {
@@ -42,25 +44,39 @@ impl<T: Real> SharedGridder<T> {
             **stripe = Vec::with_capacity(len);
             stripe.resize(len, Complex::new(T::default(), T::default()));
         });
-        Self { plan, owners, planes }
+        Self { plan, owners, planes, last: None }
     }
 
     /// Add the nodes of rows that were folded by the transform of this gridder, each times `factor`. All processes call it as often; one that has no rows
-    /// left gives `None`.
+    /// left gives `None`. The nodes are on their way while this process grids those of the call before, so that a process that is slow for one block stops no other.
     ///
     /// # Errors
     /// The nodes are those of other rows, or a message of another process is damaged.
     pub fn add(&mut self, given: Option<Given<T>>, ranks: &dyn Ranks) -> Result<()> {
-        let plan = &self.plan;
-        let traded = trade(plan, &self.owners, given, ranks)?;
+        let begun = give(&self.plan, &self.owners, given, ranks)?;
+        self.grid_last(ranks)?;
+        self.last = Some(begun);
+        Ok(())
+    }
+
+    /// Grid what is still on its way, after the last block. All processes call it together.
+    ///
+    /// # Errors
+    /// As [`SharedGridder::add`].
+    pub fn grid_last(&mut self, ranks: &dyn Ranks) -> Result<()> {
+        let (plan, Some(gifts)) = (&self.plan, self.last.take()) else { return Ok(()) };
+        let traded = got(plan, gifts, ranks)?;
         let own = traded.rows.colours.iter().flatten().all(|unit| self.owners.of(unit.v) == self.owners.rank());
         ensure!(own, ChainError::Internal("a process got visibilities of tiles that it does not hold".into()));
         grid_units(plan, (&traded.rows, &traded.nodes()), (&self.planes, 0..plan.planes()), 0..plan.tiles_v())
     }
 
     /// The image \[m, l\] of everything that was added by all processes. All get the same bits.
-    #[must_use]
-    pub fn finish<P: Real>(mut self, ranks: &dyn Ranks) -> Array2<P> {
+    ///
+    /// # Errors
+    /// As [`SharedGridder::add`].
+    pub fn finish<P: Real>(mut self, ranks: &dyn Ranks) -> Result<Array2<P>> {
+        self.grid_last(ranks)?;
         let plan = &self.plan;
         let per_row = plan.planes() * plan.nu;
         let stripes = self.planes.stripes_mut();
@@ -80,6 +96,6 @@ impl<T: Real> SharedGridder<T> {
             let own = of_each[self.owners.rank()].map(|(s, _)| std::mem::take(stripes[s])).unwrap_or_default();
             columns.trade(plan, (&own, &of_each), ranks);
         }
-        columns.image(plan, ranks)
+        Ok(columns.image(plan, ranks))
     }
 }

@@ -13,7 +13,9 @@ fn shared<T: Real>(c: &Case, options: &GridOptions, ranks: &dyn Ranks) -> Array2
     let (n, transform) = (c.uvw.nrows(), transform::<T>(c, options));
     let (rank, size) = (ranks.rank(), ranks.size());
     let part = if size == 1 { 0..n } else { n * rank.saturating_sub(1) / (size - 1)..n * rank / (size - 1) };
-    let mut gridder = transform.shared_gridder((c.uvw.slice(s![part.clone(), ..]), 1.0), ranks).unwrap().unwrap();
+    let rows = c.uvw.slice(s![part.clone(), ..]);
+    let sample = SampleOfRows { spread: (rows, 1.0), block: (rows, 1) };
+    let mut gridder = transform.shared_gridder(sample, ranks).unwrap().unwrap();
     for round in 0..n.div_ceil(BLOCK) {
         let first = (part.start + round * BLOCK).min(part.end);
         let block = first..(first + BLOCK).min(part.end);
@@ -28,7 +30,7 @@ fn shared<T: Real>(c: &Case, options: &GridOptions, ranks: &dyn Ranks) -> Array2
         nodes.in_parts(&rows, BLOCK).unwrap().set(0..block.len(), fill);
         gridder.add(Some((rows, nodes, T::of(2.0))), ranks).unwrap();
     }
-    gridder.finish(ranks)
+    gridder.finish(ranks).unwrap()
 }
 
 /// Powers of w, planes of w and no w; rows that stay in the tiles of one process and rows that cross many; more processes than rows of tiles; and most

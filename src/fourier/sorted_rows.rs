@@ -7,20 +7,59 @@ use super::units::{Unit, units};
 use crate::{ChainError, Result};
 use ndarray::ArrayView2;
 use rayon::prelude::*;
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 /// Most chunks of a block.
 pub(super) const MOST_CHUNKS: usize = 16;
+
+/// The positions of some rows on the grid of one transform, in no order. This is enough to make their nodes, which other processes sort.
+#[derive(Debug)]
+pub struct FoldedRows {
+    /// Identity of the plan of these positions.
+    plan: u64,
+    pub(crate) chunks: Vec<Chunk>,
+}
 
 /// The positions of the visibilities of some rows on the grid of one transform, in the order of its tiles. It is made once and used in every
 /// pass over the same rows.
 #[derive(Debug)]
 pub struct SortedRows {
-    /// Identity of the plan that the rows were sorted for.
-    plan: u64,
-    pub(crate) chunks: Vec<Chunk>,
+    rows: FoldedRows,
     /// The units of each colour, in the order of the colours.
     pub(crate) colours: Vec<Vec<Unit>>,
+}
+
+impl FoldedRows {
+    pub(super) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
+        plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
+        let chunks = shares(uvw_m.nrows()).into_par_iter().map(|range| Chunk::folded(plan, uvw_m, range)).collect();
+        Ok(Self { plan: plan.id, chunks })
+    }
+
+    /// Check that the rows were sorted for this plan.
+    pub(crate) fn check<T: Real>(&self, plan: &Plan<T>) -> Result<()> {
+        if self.plan == plan.id {
+            return Ok(());
+        }
+        Err(ChainError::Incompatible(
+            "rows that were sorted for one transform were given to another: sort them with the transform that grids them".into(),
+        ))
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn n_nodes(&self) -> usize {
+        self.chunks.iter().map(|c| c.n_nodes).sum()
+    }
+}
+
+/// Sorted rows serve wherever their order does not matter.
+impl Deref for SortedRows {
+    type Target = FoldedRows;
+
+    fn deref(&self) -> &FoldedRows {
+        &self.rows
+    }
 }
 
 impl SortedRows {
@@ -41,24 +80,7 @@ impl SortedRows {
         drop(lists);
         segments.par_sort_unstable_by_key(|s| (s.key, s.chunk));
         let colours = units(plan, segments, &chunks);
-        Self { plan: plan.id, chunks, colours }
-    }
-
-    /// Rows whose nodes are made here, while other processes cut and sort them.
-    pub(super) fn folded<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
-        plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
-        let chunks = shares(uvw_m.nrows()).into_par_iter().map(|range| Chunk::folded(plan, uvw_m, range)).collect();
-        Ok(Self { plan: plan.id, chunks, colours: Vec::new() })
-    }
-
-    /// Check that the rows were sorted for this plan.
-    pub(crate) fn check<T: Real>(&self, plan: &Plan<T>) -> Result<()> {
-        if self.plan == plan.id {
-            return Ok(());
-        }
-        Err(ChainError::Incompatible(
-            "rows that were sorted for one transform were given to another: sort them with the transform that grids them".into(),
-        ))
+        Self { rows: FoldedRows { plan: plan.id, chunks }, colours }
     }
 
     /// For each chunk, which of its rows have a run in these rows of tiles.
@@ -70,12 +92,6 @@ impl SortedRows {
             runs.iter().for_each(|run| reach[segment.chunk][run.row as usize] = true);
         }
         reach
-    }
-
-    /// Number of nodes.
-    #[must_use]
-    pub fn n_nodes(&self) -> usize {
-        self.chunks.iter().map(|c| c.n_nodes).sum()
     }
 
     /// Size in bytes.

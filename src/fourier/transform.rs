@@ -8,14 +8,14 @@ use super::grid_options::GridOptions;
 use super::gridder::Gridder;
 use super::nodes::Nodes;
 use super::owners::Owners;
-use super::parcels::add_work_of_tiles;
 use super::plan::{Plan, UvwExtent};
 use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
 use super::real::Real;
 use super::schedule::Idle;
 use super::shared_gridder::SharedGridder;
-use super::sorted_rows::SortedRows;
+use super::sorted_rows::{FoldedRows, SortedRows};
+use super::tile_work::{self, SampleOfRows};
 use super::wplanes::WBasis;
 use crate::Result;
 use cittert_arrays::{Ranks, SkyGrid};
@@ -85,20 +85,19 @@ impl<T: Real> Transform<T> {
     ///
     /// # Errors
     /// As [`Transform::sort`].
-    pub fn fold(&self, uvw_m: ArrayView2<'_, f64>) -> Result<SortedRows> {
-        SortedRows::folded(&self.plan, uvw_m)
+    pub fn fold(&self, uvw_m: ArrayView2<'_, f64>) -> Result<FoldedRows> {
+        FoldedRows::new(&self.plan, uvw_m)
     }
 
-    /// An empty gridder of several processes, each of which holds a part of the planes. `sample` are some of the rows of this process, m \[row, 3\], and `each` how
-    /// many rows stand behind one of them; all processes together then share rows and work evenly. `None` where visibilities alias over the edge of the grid, or where
-    /// the part of a process does not fit into the share of the memory budget.
+    /// An empty gridder of several processes, each of which holds a part of the planes. `sample` are some of the rows of this process, from which all processes
+    /// together share rows of tiles and work evenly. `None` where visibilities alias over the edge of the grid, or where the part of a process does not fit into the
+    /// share of the memory budget.
     ///
     /// # Errors
     /// As [`Transform::sort`].
-    pub fn shared_gridder(&self, (sample, each): (ArrayView2<'_, f64>, f64), ranks: &dyn Ranks) -> Result<Option<SharedGridder<T>>> {
+    pub fn shared_gridder(&self, sample: SampleOfRows<'_>, ranks: &dyn Ranks) -> Result<Option<SharedGridder<T>>> {
         let plan = &self.plan;
-        let mut work = self.work_of_tiles(sample, each)?;
-        ranks.sum(&mut work);
+        let work = tile_work::of_all(plan, sample, ranks)?;
         let bytes = |o: &Owners| PlaneRows::<T>::bytes_of_rows(o.most_rows(plan.table.support), plan.planes(), plan.nu);
         let owners = Owners::new(plan, &work, ranks).filter(|o| bytes(o) <= plan.plane_bytes);
         let mut without = [f64::from(u8::from(owners.is_none()))];
@@ -112,7 +111,7 @@ impl<T: Real> Transform<T> {
     /// As [`Transform::sort`].
     pub fn work_of_tiles(&self, sample: ArrayView2<'_, f64>, each: f64) -> Result<Vec<f64>> {
         let mut work = vec![0.0; self.plan.tiles_v()];
-        add_work_of_tiles(&self.plan, &self.fold(sample)?, each, &mut work);
+        tile_work::add_nodes(&self.plan, &self.fold(sample)?, each, &mut work);
         Ok(work)
     }
 
@@ -130,9 +129,9 @@ impl<T: Real> Transform<T> {
         BandDegridder::on(Arc::clone(&self.plan), bands, plane)
     }
 
-    /// Nodes of rows that were sorted by this transform, with any content.
+    /// Nodes of rows that were folded or sorted by this transform, with any content.
     #[must_use]
-    pub fn nodes(&self, rows: &SortedRows) -> Nodes<T> {
+    pub fn nodes(&self, rows: &FoldedRows) -> Nodes<T> {
         Nodes::of(Arc::clone(&self.plan), rows)
     }
 

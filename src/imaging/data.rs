@@ -6,6 +6,7 @@
 
 use super::ahead::for_each_block_ahead;
 use super::one_pass::OnePass;
+use super::places_of_rows::{Look, refuse_impossible};
 use super::pol::{DataCounts, PolSelector};
 use super::reduction::{ReducedBlock, Reduction};
 use super::survey::Survey;
@@ -15,7 +16,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
-use ndarray::{Array1, Array2, Axis};
+use ndarray::Array1;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -24,8 +25,6 @@ use std::sync::Arc;
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 pub(super) const REDUCED_BYTES: usize = 16;
 
-/// Rows of a process that are looked at before they are shared, at most.
-const SAMPLE: usize = 1 << 14;
 /// Fewest rows that several processes read between two exchanges.
 const LEAST_ROWS: usize = 1 << 10;
 
@@ -87,20 +86,9 @@ impl<'a> Data<'a> {
         let mut ahead = VecDeque::new();
         if let Some(image) = one_pass.as_deref_mut().filter(|_| in_parts) {
             // The transform must know how far all rows reach, and processes what each of them has.
-            let (mut extent, each) = (UvwExtent::default(), n_rows.div_ceil(SAMPLE).max(1));
-            let mut sample: Vec<[f64; 3]> = Vec::new();
-            for range in ranges.clone() {
-                let coverage = source.read_coverage(range.clone())?;
-                refuse_impossible(&coverage, range.start)?;
-                extent = extent.union(UvwExtent::of(coverage.uvw_m.view()));
-                let some = coverage.uvw_m.rows().into_iter().step_by(each).map(|uvw| [uvw[0], uvw[1], uvw[2]]);
-                sample.extend(some.filter(|uvw| uvw.iter().all(|x| x.is_finite())));
-                if fits {
-                    ahead.push_back(coverage);
-                }
-            }
-            let sample = Array2::from(sample);
-            image.begin(extent.shared(&*ranks), (sample.view(), each as f64), ranges.len())?;
+            let look = Look::at(source, ranges.clone(), (ranks.size() > 1, fits))?;
+            image.begin(look.extent.shared(&*ranks), look.sample(ranges.len()))?;
+            ahead = look.kept;
         }
         // What is done with a block, whichever way it was read.
         let mut take = |survey: &mut Survey, (first_row, coverage): (usize, &UvCoverage), read: Reduce<'_>| -> Result<ReducedBlock> {
@@ -294,23 +282,6 @@ fn one_center(own: Option<u16>, ranks: &dyn Ranks) -> Result<Option<u16>> {
     ranks.largest(&mut range);
     ensure!(range[0] + range[1] == 0.0 || range[0].is_infinite(), several_centers());
     Ok(range[0].is_finite().then_some(range[0] as u16))
-}
-
-/// Longest baseline that a set can have, m: seven times the distance of the Earth from the Sun.
-const LONGEST_M: f64 = 1e12;
-
-/// Refuse coordinates that no array has. Rows that are not finite are left out later. `first_row` is the place of the block in the set.
-fn refuse_impossible(coverage: &UvCoverage, first_row: usize) -> Result<()> {
-    let far = |x: &f64| x.is_finite() && x.abs() > LONGEST_M;
-    let rows = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().enumerate();
-    let found = rows.find_map_first(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
-    found.map_or(Ok(()), |(row, x)| {
-        let text = format!(
-            "row {} has a coordinate of {x:.3e} m, which no array reaches: the set is damaged, or its uvw are not in m",
-            first_row + row
-        );
-        Err(ChainError::Incompatible(text))
-    })
 }
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.

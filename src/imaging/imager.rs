@@ -100,7 +100,7 @@ impl<'a> Imager<'a> {
         if let Some(image) = &image {
             ensure!(image.grid == opened.grid, ChainError::Internal("an image was made on another grid than that of its set".into()));
         }
-        let made = image.and_then(OnePass::finish);
+        let made = image.map(OnePass::finish).transpose()?.flatten();
         Ok(Self { made, ..Self::of(opened, options, observer)? })
     }
 

@@ -32,6 +32,7 @@ mod options;
 mod outlook;
 mod output;
 mod over_ranks;
+mod places_of_rows;
 mod pol;
 mod products;
 mod psf;

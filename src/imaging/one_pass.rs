@@ -7,14 +7,15 @@
 
 use super::ImagingOptions;
 use super::over_ranks::{SMALL_PLANES, summed};
+use super::places_of_rows::finite_uvw;
 use super::pol::DataCounts;
-use super::reduction::{ReducedBlock, Reduction, finite_uvw};
+use super::reduction::{ReducedBlock, Reduction};
 use super::session::LONG;
 use super::weights::ImageWeights;
-use crate::fourier::{GridOptions, Gridder, NodeParts, SharedGridder, Transform, UvwExtent, in_precision};
+use crate::fourier::{FoldedRows, GridOptions, Gridder, NodeParts, Nodes, SampleOfRows, SharedGridder, Transform, UvwExtent, in_precision};
 use crate::{ChainError, Result};
 use cittert_arrays::{PartSource, Ranks, SkyGrid, UvCoverage, VisUnit, VisibilitySource};
-use ndarray::{Array2, ArrayView2};
+use ndarray::Array2;
 use num_complex::Complex32;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -33,6 +34,8 @@ pub(super) struct OnePass {
     rounds: usize,
     /// Weights are divided by this number. It is a power of two, so that it changes no digit of the image, whichever row is read first.
     scale: OnceLock<f64>,
+    /// True where the processes have the same scale.
+    agreed: bool,
     /// True where a weight over the scale is so large that the sums could leave single precision.
     overflows: AtomicBool,
 }
@@ -75,13 +78,14 @@ impl OnePass {
             ranks,
             rounds: 0,
             scale: OnceLock::new(),
+            agreed: false,
             overflows: AtomicBool::new(false),
         }))
     }
 
-    /// Begin with the rows of all processes: their extent, a sample of those of this one, the number of rows behind each of the sample, and the number of blocks of this
-    /// process. Where the planes do not fit into the memory together, the image is not made here.
-    pub(super) fn begin(&mut self, extent: UvwExtent, sample: (ArrayView2<'_, f64>, f64), blocks: usize) -> Result<()> {
+    /// Begin with the rows of all processes: their extent, and some rows of this process. Where the planes do not fit into the memory together, the image is not
+    /// made here.
+    pub(super) fn begin(&mut self, extent: UvwExtent, sample: SampleOfRows<'_>) -> Result<()> {
         let mut n_vis = [self.n_vis as f64];
         self.ranks.sum(&mut n_vis);
         let transform = Transform::new(&self.grid, &self.freq_hz, extent, &self.options, (n_vis[0] as u64).min(LONG))?;
@@ -93,7 +97,7 @@ impl OnePass {
             self.ranks.largest(&mut groups);
             (groups[0] == 1.0).then(|| Planes::Whole(transform.gridder()))
         };
-        let mut rounds = [blocks as f64];
+        let mut rounds = [sample.block.1 as f64];
         self.ranks.largest(&mut rounds);
         self.rounds = rounds[0] as usize;
         self.at_work = planes.map(|planes| (transform, planes));
@@ -116,39 +120,46 @@ impl OnePass {
             return Err(ChainError::Internal("rows were read for an image that was not begun".into()));
         };
         let uvw_m = finite_uvw(coverage)?;
-        let rows = match planes {
-            Planes::Whole(_) => transform.sort(uvw_m.view())?,
-            Planes::Shared(_) => transform.fold(uvw_m.view())?,
-        };
-        drop(uvw_m);
-        let mut nodes = transform.nodes(&rows);
-        let reduced = {
-            let (parts, scale, overflows) = (nodes.in_parts(&rows, reduction.step(chans))?, &self.scale, &self.overflows);
+        let (scale, overflows) = (&self.scale, &self.overflows);
+        let fill = |rows: &FoldedRows, nodes: &mut Nodes<f32>| {
+            let parts = nodes.in_parts(rows, reduction.step(chans))?;
             let take = |rows: Range<usize>, vis: &[Complex32], weights: &[f32]| {
                 if put((&parts, rows), (vis, weights), scale) > MOST {
                     overflows.store(true, Relaxed);
                 }
             };
-            reduction.reduce_parts((coverage, chans), read, Some(&take))?
+            reduction.reduce_parts((coverage, chans), read, Some(&take))
         };
         match planes {
-            Planes::Whole(gridder) => gridder.add_nodes(&rows, &nodes)?,
+            Planes::Whole(gridder) => {
+                let rows = transform.sort(uvw_m.view())?;
+                drop(uvw_m);
+                let mut nodes = transform.nodes(&rows);
+                let reduced = fill(&rows, &mut nodes)?;
+                gridder.add_nodes(&rows, &nodes)?;
+                Ok(reduced)
+            }
             Planes::Shared(gridder) => {
-                let factor = common_scale(&mut self.scale, &*self.ranks);
+                let rows = transform.fold(uvw_m.view())?;
+                drop(uvw_m);
+                let mut nodes = transform.nodes(&rows);
+                let reduced = fill(&rows, &mut nodes)?;
+                let factor = common_scale((&mut self.scale, &mut self.agreed), &*self.ranks);
                 gridder.add(Some((rows, nodes, factor)), &*self.ranks)?;
                 self.rounds = self.rounds.saturating_sub(1);
+                Ok(reduced)
             }
         }
-        Ok(reduced)
     }
 
     /// Grid what other processes still read, after the last block of this one.
     pub(super) fn finish_rounds(&mut self) -> Result<()> {
         if let Some((_, Planes::Shared(gridder))) = &mut self.at_work {
             for _ in 0..std::mem::take(&mut self.rounds) {
-                common_scale(&mut self.scale, &*self.ranks);
+                common_scale((&mut self.scale, &mut self.agreed), &*self.ranks);
                 gridder.add(None, &*self.ranks)?;
             }
+            gridder.grid_last(&*self.ranks)?;
         }
         let mut failed = [f64::from(u8::from(self.has_failed()))];
         self.ranks.largest(&mut failed);
@@ -162,31 +173,34 @@ impl OnePass {
     }
 
     /// The sum over all visibilities of their images, each times its weight over the scale, and the scale.
-    pub(super) fn finish(self) -> Option<(f64, Array2<f32>)> {
-        let Self { at_work, ranks, mut scale, overflows, .. } = self;
-        let (_, planes) = at_work.filter(|_| !overflows.into_inner())?;
+    pub(super) fn finish(self) -> Result<Option<(f64, Array2<f32>)>> {
+        let Self { at_work, ranks, mut scale, mut agreed, overflows, .. } = self;
+        let Some((_, planes)) = at_work.filter(|_| !overflows.into_inner()) else { return Ok(None) };
         let image = match planes {
             Planes::Whole(gridder) if ranks.size() == 1 => gridder.finish(),
             Planes::Whole(gridder) => {
-                let (mut image, factor): (Array2<f64>, f32) = (gridder.finish(), common_scale(&mut scale, &*ranks));
+                let (mut image, factor): (Array2<f64>, f32) = (gridder.finish(), common_scale((&mut scale, &mut agreed), &*ranks));
                 image *= f64::from(factor);
                 summed(&*ranks, &mut image);
                 in_precision(image)
             }
-            Planes::Shared(gridder) => gridder.finish(&*ranks),
+            Planes::Shared(gridder) => gridder.finish(&*ranks)?,
         };
-        Some((scale.get().copied().unwrap_or(1.0), image))
+        Ok(Some((scale.get().copied().unwrap_or(1.0), image)))
     }
 }
 
 /// Make the scale of all processes the largest of them, and say by what the values over the scale of this process must be multiplied. A process that has met no weight yet
-/// takes the scale of the others.
-fn common_scale(scale: &mut OnceLock<f64>, ranks: &dyn Ranks) -> f32 {
+/// takes the scale of the others. Once they agree, they need not ask each other.
+fn common_scale((scale, agreed): (&mut OnceLock<f64>, &mut bool), ranks: &dyn Ranks) -> f32 {
+    if *agreed {
+        return 1.0;
+    }
     let own = scale.get().copied();
     let mut largest = [own.unwrap_or(0.0)];
     ranks.largest(&mut largest);
     if largest[0] > 0.0 {
-        *scale = OnceLock::from(largest[0]);
+        (*scale, *agreed) = (OnceLock::from(largest[0]), true);
     }
     own.map_or(1.0, |own| (own / largest[0]) as f32)
 }

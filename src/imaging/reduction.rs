@@ -1,12 +1,13 @@
 //! Rows of a set, reduced to one polarisation product.
 
+use super::places_of_rows::finite_uvw;
 use super::pol::{DataCounts, PolSelector, RowValues};
 use super::row_weights::{Common, PlaceOfWeights, RowWeights};
 use crate::nearfield::boresight_turn;
 use crate::pages::zeroed;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBlock};
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -190,13 +191,6 @@ impl Reduction {
             *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
         }
     }
-}
-
-/// The uvw of rows, m \[row, 3\]. One that is not finite is replaced by 0.
-pub(super) fn finite_uvw(coverage: &UvCoverage) -> Result<Array2<f64>> {
-    let place = |uvw: ArrayView1<'_, f64>| if uvw.iter().all(|x| x.is_finite()) { [uvw[0], uvw[1], uvw[2]] } else { [0.0; 3] };
-    let places: Vec<[f64; 3]> = coverage.uvw_m.axis_iter(Axis(0)).into_par_iter().map(place).collect();
-    Array2::from_shape_vec((places.len(), 3), places.into_flattened()).map_err(wrong)
 }
 
 fn wrong(e: ndarray::ShapeError) -> ChainError {

@@ -1,14 +1,16 @@
 //! The collective operations by MPI.
 
 use crate::cli::failure::{Failure, Result};
-use cittert_arrays::Ranks;
+use cittert_arrays::{Gifts, Ranks, Underway};
 use mpi::collective::SystemOperation;
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::Universe;
 use mpi::point_to_point::{MatchedReceiveVec, Message, Status};
+use mpi::request::{Request, StaticScope};
 use mpi::topology::{Rank, SimpleCommunicator};
-use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Equivalence, Root, Source};
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
 use mpi::{Count, Threading};
+use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
 
 /// Values of one message. MPI counts them in 32 bits.
@@ -20,6 +22,8 @@ static NO_BYTES: [u8; 1] = [0];
 /// Tags of the last part of a message, and of all others.
 const LAST: i32 = 1;
 const MORE: i32 = 2;
+/// Tag of a part of a trade.
+const GIFT: i32 = 3;
 
 /// MPI, from the first call to the last.
 static UNIVERSE: Mutex<Option<Universe>> = Mutex::new(None);
@@ -64,16 +68,41 @@ fn number(process: usize) -> Rank {
     Rank::try_from(process).unwrap_or(Rank::MAX)
 }
 
+/// Words that are on their way to another process. They stay in memory until they have left, even if nobody waits for that.
+struct Sent {
+    words: *mut [u64],
+    request: ManuallyDrop<Request<'static, [u64]>>,
+}
+
+impl Sent {
+    fn new(words: Vec<u64>, to: Rank) -> Self {
+        let words: *mut [u64] = Box::into_raw(words.into_boxed_slice());
+        // SAFETY: nothing but this value knows the words, and it frees them only when the request has ended.
+        let request = world().process_at_rank(to).immediate_send_with_tag(StaticScope, unsafe { &*words }, GIFT);
+        Self { words, request: ManuallyDrop::new(request) }
+    }
+}
+
+// SAFETY: any thread may call MPI and end its requests, one thread at a time, which `join` makes sure of. Nothing else has the words.
+unsafe impl Send for Sent {}
+
+/// Words on their way to all processes.
+struct Post(Vec<Sent>);
+
+impl Underway for Post {
+    fn wait(self: Box<Self>) {
+        for Sent { words, request } in self.0 {
+            ManuallyDrop::into_inner(request).wait_without_status();
+            // SAFETY: the words came from a box, and the request that read them has ended.
+            drop(unsafe { Box::from_raw(words) });
+        }
+    }
+}
+
 /// The lengths of parts that follow one another, and where they start, as MPI counts them.
 fn counted(lengths: impl Iterator<Item = usize>) -> (Vec<Count>, Vec<Count>) {
     let of = |n: usize| Count::try_from(n).unwrap_or(Count::MAX);
     lengths.scan(0, |at, n| Some((of(n), of(std::mem::replace(at, *at + n))))).unzip()
-}
-
-/// Give each process its part of `own`, and get `theirs` of each.
-fn trade_at_once<V: Equivalence>(own: &[V], lengths: &[usize], all: &mut [V], theirs: &[usize]) {
-    let ((counts, starts), (from_each, places)) = (counted(lengths.iter().copied()), counted(theirs.iter().copied()));
-    world().all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
 }
 
 impl Ranks for World {
@@ -116,17 +145,28 @@ impl Ranks for World {
         // No bytes lie at address 1, which MPI takes for its sign that the buffer of what is got has what is given too.
         let own = if own.is_empty() { &NO_BYTES[..0] } else { own };
         let mine = lengths.get(self.rank()).copied().unwrap_or(0);
-        trade_at_once(own, lengths, all, &vec![mine; lengths.len()]);
+        let ((counts, starts), (from_each, places)) = (counted(lengths.iter().copied()), counted(lengths.iter().map(|_| mine)));
+        world().all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
     }
 
-    fn trade(&self, own: Vec<u64>, lengths: &[usize]) -> (Vec<u64>, Vec<usize>) {
-        let stated: Vec<u64> = lengths.iter().map(|n| *n as u64).collect();
-        let mut theirs = vec![0_u64; stated.len()];
-        world().all_to_all_into(&stated[..], &mut theirs[..]);
-        let theirs: Vec<usize> = theirs.into_iter().map(|n| n as usize).collect();
-        let mut all = vec![0; theirs.iter().sum()];
-        trade_at_once(&own, lengths, &mut all, &theirs);
-        (all, theirs)
+    fn give(&self, mut gifts: Vec<Vec<u64>>) -> Gifts {
+        let own = std::mem::take(&mut gifts[self.rank()]);
+        let others = gifts.into_iter().zip(0..).filter(|(_, to)| *to != world().rank());
+        let sent = others.map(|(words, to)| Sent::new(words, to)).collect();
+        Gifts { own, underway: Some(Box::new(Post(sent))) }
+    }
+
+    fn got(&self, Gifts { own, underway }: Gifts) -> Vec<Vec<u64>> {
+        let (world, mut own) = (world(), Some(own));
+        let of = |from: Rank| {
+            if from == world.rank() {
+                return own.take().unwrap_or_default();
+            }
+            world.process_at_rank(from).matched_probe_with_tag(GIFT).matched_receive_vec().0
+        };
+        let all = (0..world.size()).map(of).collect();
+        underway.into_iter().for_each(Underway::wait);
+        all
     }
 
     fn send(&self, to: usize, message: &[u8]) {
