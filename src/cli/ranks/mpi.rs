@@ -83,7 +83,7 @@ impl Sent {
     }
 }
 
-// SAFETY: any thread may call MPI and end its requests, one thread at a time, which `join` makes sure of. Nothing else has the words.
+// SAFETY: `join` has asked for an MPI that any thread may call, one at a time, and that is how the program calls it. Nothing else has the words.
 unsafe impl Send for Sent {}
 
 /// Words on their way to all processes.
