@@ -330,7 +330,7 @@ mod tests {
 
     type Filters = fn(hdf5::DatasetBuilder) -> hdf5::DatasetBuilder;
 
-    /// Parts of any size hold what was written, each row once, for chunks of any shape, with and without filters.
+    /// Parts of any size hold what was written, each row once, for chunks of any shape, with and without filters, and without chunks.
     #[test]
     fn parts_hold_every_row_once() {
         let folder = tempfile::tempdir().unwrap();
@@ -341,17 +341,22 @@ mod tests {
         let weights = Array3::from_shape_fn(shape, |p| if p.0 < 50 { 3.0_f32 } else { at(p) as f32 });
         let flags = Array3::from_shape_fn(shape, |(i, j, _)| i == 60 && j == 2);
         let filters: [Filters; 3] = [|b| b, |b| b.lzf(), |b| b.shuffle().deflate(2)];
-        for (n, chunk) in [(10_usize, 2, 1), (97, 6, 2), (7, 6, 2), (16, 4, 1), (1, 6, 1)].into_iter().enumerate() {
-            for (f, filters) in filters.iter().enumerate() {
+        let chunks = [Some((10_usize, 2, 1)), Some((97, 6, 2)), Some((7, 6, 2)), Some((16, 4, 1)), Some((1, 6, 1)), None];
+        for (n, chunk) in chunks.into_iter().enumerate() {
+            for (f, filters) in filters.iter().enumerate().take(if chunk.is_some() { 3 } else { 1 }) {
                 let path = folder.path().join(format!("x{n}{f}.h5"));
                 let file = hdf5::File::create(&path).unwrap();
                 // The three datasets have chunks of different heights.
-                let low = (chunk.0.div_ceil(2), chunk.1, chunk.2);
-                let v = filters(file.new_dataset_builder()).empty::<Complex<f64>>().shape(shape).chunk(chunk).create("v").unwrap();
+                let low = chunk.map(|chunk| (chunk.0.div_ceil(2), chunk.1, chunk.2));
+                let with = |chunk: Option<(usize, usize, usize)>| {
+                    let builder = filters(file.new_dataset_builder());
+                    chunk.map_or_else(|| builder.clone().no_chunk(), |chunk| builder.clone().chunk(chunk))
+                };
+                let v = with(chunk).empty::<Complex<f64>>().shape(shape).create("v").unwrap();
                 v.write(&vis).unwrap();
-                let w = filters(file.new_dataset_builder()).empty::<f32>().shape(shape).chunk(low).create("w").unwrap();
+                let w = with(low).empty::<f32>().shape(shape).create("w").unwrap();
                 w.write(&weights).unwrap();
-                let g = filters(file.new_dataset_builder()).empty::<bool>().shape(shape).chunk(chunk).create("f").unwrap();
+                let g = with(chunk).empty::<bool>().shape(shape).create("f").unwrap();
                 g.write(&flags).unwrap();
                 drop((v, w, g, file));
                 let file = hdf5::File::open(&path).unwrap();

@@ -5,6 +5,8 @@
 //! the index is read here. Two kinds are known: the B-tree of version 1, which h5py and pyuvdata write, and the extensible array, which this
 //! crate writes. Every other kind, and whatever is not as it should be, is left to the library.
 //!
+//! A dataset without chunks lies in one piece, whose runs of rows are read as if they were chunks.
+//!
 //! # Reference
 //! The HDF Group, HDF5 File Format Specification 3.0, sections II, III.A, IV.A and VII.
 
@@ -46,17 +48,29 @@ unsafe extern "C" {
 /// The places of the chunks that some rows lie in.
 pub(super) struct Places {
     file: File,
-    /// First row of the first chunk, rows of a chunk, and number of chunks side by side.
-    start: usize,
-    high: usize,
-    columns: usize,
-    all: Vec<Place>,
+    chunks: Found,
+}
+
+/// How places are found.
+enum Found {
+    Listed {
+        /// First row of the first chunk, rows of a chunk, and number of chunks side by side.
+        start: usize,
+        high: usize,
+        columns: usize,
+        all: Vec<Place>,
+    },
+    /// In a dataset that lies in one piece: where it begins, and the size of a row and of a run of rows, bytes.
+    InOnePiece { begin: u64, row: u64, run: u32 },
 }
 
 impl Places {
     /// Places for some rows. `None` where the library must find the chunks.
     pub(super) fn of(dataset: &Dataset, (shape, chunk): (&[usize], &[usize]), size: usize, rows: &Range<usize>) -> Option<Self> {
         let file = opened(dataset)?;
+        if !dataset.is_chunked() {
+            return Self::in_one_piece((dataset, file), (shape, chunk), size);
+        }
         let mut info = H5O_info1_t::default();
         // SAFETY: the struct is of the type that this function fills; the lock of the library is held.
         if hdf5::sync::sync(|| unsafe { H5Oget_info2(dataset.id(), &mut info, BASIC) }) < 0 {
@@ -80,13 +94,28 @@ impl Places {
                 Array::places((&file, &array), u32::try_from(length).ok()?, groups.start.checked_mul(columns)?, n)?
             }
         };
-        Some(Self { start, high: chunk[0], columns, all, file })
+        Some(Self { file, chunks: Found::Listed { start, high: chunk[0], columns, all } })
+    }
+
+    /// Places of runs of `chunk[0]` whole rows, of a dataset that lies in one piece.
+    fn in_one_piece((dataset, file): (&Dataset, File), (shape, chunk): (&[usize], &[usize]), size: usize) -> Option<Self> {
+        // Neither is known of values that lie in the header, in other files, or were never written.
+        let (begin, stored) = (dataset.offset()?, dataset.storage_size());
+        let bytes = |sides: &[usize]| sides.iter().try_fold(size as u64, |n, side| n.checked_mul(*side as u64));
+        let (whole, row, run) = (bytes(shape)?, bytes(&shape[1..])?, u32::try_from(bytes(chunk)?).ok()?);
+        let known = stored == whole && begin.checked_add(whole).is_some() && shape[1..] == chunk[1..];
+        known.then_some(Self { file, chunks: Found::InOnePiece { begin, row, run } })
     }
 
     /// The chunk that begins at row `first`, in a column of chunks.
     pub(super) fn get(&self, first: usize, column: usize) -> Option<Place> {
-        let group = first.checked_sub(self.start)? / self.high;
-        self.all.get(group * self.columns + column).copied()
+        match &self.chunks {
+            Found::Listed { start, high, columns, all } => {
+                let group = first.checked_sub(*start)? / high;
+                all.get(group * columns + column).copied()
+            }
+            Found::InOnePiece { begin, row, run } => Some(Place { address: begin + first as u64 * row, bytes: *run, skipped: 0 }),
+        }
     }
 
     /// `n` bytes from an address on, in empty memory.
