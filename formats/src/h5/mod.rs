@@ -23,7 +23,7 @@ mod write;
 pub(crate) use change::Stored;
 pub(crate) use parts::Three;
 pub(crate) use places::raw::SIGNATURE;
-pub(crate) use probe::{has, open};
+pub(crate) use probe::{has, open, probe_together};
 pub(crate) use read::H5In;
 pub(crate) use sharing::side_by_side;
 pub use write::Compression;

@@ -11,13 +11,15 @@ use super::read::H5In;
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use bytemuck::Pod;
+use cittert_arrays::Ranks;
 use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Dataset, Group, H5Type, IndexType, IterationOrder, LinkInfo, LinkType};
 use ndarray::IxDyn;
 use num_complex::Complex;
-use std::collections::VecDeque;
+use std::collections::BTreeSet;
+use std::fs::Metadata;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
@@ -28,16 +30,16 @@ const START: usize = 1 << 13;
 /// Largest depth of groups, and largest number of objects, that are visited.
 const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
-/// Number of sound files that are remembered.
-const REMEMBERED: usize = 16;
+/// Number of sound files that are remembered. A set may have thousands of files, of which only some are open at a time.
+const REMEMBERED: usize = 1 << 16;
 /// The clock of file systems advances in steps of a few ms. A file that is younger than this may change without a change of its stamp.
 const YOUNG: Duration = Duration::from_millis(50);
 
 /// Identifies one state of a file: device, inode, size, time of change (s, ns).
-type Stamp = (u64, u64, u64, i64, i64);
+type Stamp = [u64; 5];
 
 /// Files that were found sound, so that a file that several readers open is tried only once.
-static GOOD: Mutex<VecDeque<Stamp>> = Mutex::new(VecDeque::new());
+static GOOD: Mutex<BTreeSet<Stamp>> = Mutex::new(BTreeSet::new());
 
 /// Open a file to read. `expected` says what it should be, for the error.
 pub(crate) fn open(path: &Path, expected: &str) -> Result<H5In> {
@@ -65,7 +67,7 @@ fn probe(path: &Path) -> Result<()> {
         return Ok(());
     }
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
-    let stamp = (meta.dev(), meta.ino(), meta.size(), meta.mtime(), meta.mtime_nsec());
+    let stamp = stamp(&meta);
     if GOOD.lock().unwrap_or_else(PoisonError::into_inner).contains(&stamp) {
         return Ok(());
     }
@@ -76,11 +78,47 @@ fn probe(path: &Path) -> Result<()> {
     if meta.modified().is_ok_and(|t| SystemTime::now().duration_since(t).is_ok_and(|age| age < YOUNG)) {
         return Ok(());
     }
+    remember([stamp]);
+    Ok(())
+}
+
+fn stamp(meta: &Metadata) -> Stamp {
+    [meta.dev(), meta.ino(), meta.size(), meta.mtime().cast_unsigned(), meta.mtime_nsec().cast_unsigned()]
+}
+
+/// These files are sound.
+fn remember(stamps: impl IntoIterator<Item = Stamp>) {
     let mut good = GOOD.lock().unwrap_or_else(PoisonError::into_inner);
-    if good.len() >= REMEMBERED {
-        good.pop_front();
+    for stamp in stamps {
+        if good.len() >= REMEMBERED {
+            good.clear();
+        }
+        good.insert(stamp);
     }
-    good.push_back(stamp);
+}
+
+/// Share the trials of files among processes that will all open them. A process trusts another where it sees the same file: its device has another number on each machine, but
+/// everything else in its stamp is the same.
+///
+/// # Errors
+/// A damaged file among those that this process tries.
+pub(crate) fn probe_together(files: &[PathBuf], ranks: &dyn Ranks) -> Result<()> {
+    if ranks.size() == 1 {
+        return Ok(());
+    }
+    for file in files.iter().skip(ranks.rank()).step_by(ranks.size()) {
+        let mut magic = [0u8; 8];
+        // What is not HDF5, or not there, is said where it is opened.
+        if open_file(file).is_ok_and(|mut f| read_up_to(&mut f, &mut magic).is_ok()) && magic == *SIGNATURE {
+            probe(file)?;
+        }
+    }
+    let own: Vec<Stamp> = GOOD.lock().unwrap_or_else(PoisonError::into_inner).iter().copied().collect();
+    let of_all = ranks.exchange(bytemuck::cast_slice(&own).to_vec());
+    let sound: BTreeSet<[u64; 4]> =
+        of_all.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, Stamp>(bytes)).map(|[_, rest @ ..]| rest).collect();
+    let seen = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|meta| stamp(&meta));
+    remember(seen.filter(|[_, rest @ ..]| sound.contains(rest)));
     Ok(())
 }
 
@@ -188,5 +226,52 @@ fn look(file: &H5In, dataset: &Dataset, name: &str) {
             convert_one::<i8>(dataset);
         }
         _ => drop(file.strings(dataset)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The second of two processes. The first has found these sound.
+    struct Second(Vec<Stamp>);
+
+    impl Ranks for Second {
+        fn rank(&self) -> usize {
+            1
+        }
+
+        fn size(&self) -> usize {
+            2
+        }
+
+        fn exchange(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+            vec![bytemuck::cast_slice(&self.0).to_vec(), own]
+        }
+    }
+
+    #[test]
+    fn files_that_another_process_has_tried_are_not_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let make = |name: &str| {
+            let path = folder.path().join(name);
+            hdf5::File::create(&path).unwrap().new_dataset::<f64>().shape(3).create("x").unwrap();
+            path
+        };
+        let [tried, own, changed] = ["tried", "own", "changed"].map(make);
+        let text = folder.path().join("text");
+        std::fs::write(&text, "no HDF5").unwrap();
+        std::thread::sleep(2 * YOUNG);
+        let of = |path: &Path| stamp(&std::fs::metadata(path).unwrap());
+        let is_good = |path: &Path| GOOD.lock().unwrap().contains(&of(path));
+        // Another machine gives the device another number. A file that it saw with another size is not the same one.
+        let [of_tried, of_changed] = [of(&tried), of(&changed)].map(|[device, rest @ ..]| (device + 1, rest));
+        let others = Second(vec![
+            [of_tried.0, of_tried.1[0], of_tried.1[1], of_tried.1[2], of_tried.1[3]],
+            [of_changed.0, of_changed.1[0], of_changed.1[1] + 1, of_changed.1[2], of_changed.1[3]],
+        ]);
+        probe_together(&[tried.clone(), own.clone(), changed.clone(), text.clone()], &others).unwrap();
+        assert!(is_good(&tried) && is_good(&own) && !is_good(&changed) && !is_good(&text));
+        assert!(open(&changed, "").is_ok() && is_good(&changed));
     }
 }

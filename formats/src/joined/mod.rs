@@ -31,6 +31,7 @@ mod tests;
 
 pub use source::JoinedSource;
 
+use crate::h5::probe_together;
 use crate::registry::open_column;
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::{Alone, Ranks};
@@ -46,7 +47,7 @@ impl JoinedSource {
         Self::open_together(files, column, &Alone)
     }
 
-    /// As [`JoinedSource::open`], by several processes that all call it and share the search for the order of the rows.
+    /// As [`JoinedSource::open`], by several processes that all call it. They share the trials of files that might be damaged, and the search for the order of the rows.
     ///
     /// # Errors
     /// As [`JoinedSource::open`]. A process may not meet the damage that another one meets.
@@ -54,6 +55,7 @@ impl JoinedSource {
         let mut files = files.to_vec();
         files.sort();
         refuse_twice(&files)?;
+        probe_together(&files, ranks)?;
         Self::of(files.clone(), Box::new(move |k| open_column(&files[k], column)), ranks)
     }
 

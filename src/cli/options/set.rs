@@ -6,10 +6,11 @@ use crate::cli::context::Context;
 use crate::cli::failure::Failure;
 use crate::cli::failure::{Result, ensure};
 use crate::cli::ranks;
-use cittert_arrays::{Part, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{Part, Ranks, VisibilityHeader, VisibilitySource};
 use cittert_formats::{JoinedSource, VisColumn};
 use clap::Args;
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// The files of a set, as words.
@@ -97,6 +98,7 @@ impl SetFiles {
         if let Some(set) = self.one().and_then(|one| context.ahead.get(one)) {
             return Ok(Box::new(set));
         }
+        self.agree(&*ranks::all())?;
         Ok(match self.one() {
             Some(one) => cittert_formats::open_column(one, column)?,
             None => Box::new(self.joined(column, context)?),
@@ -106,6 +108,20 @@ impl SetFiles {
     fn open_column(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
         let all = self.whole(column, context)?;
         Ok(if ranks::size() > 1 { Box::new(Part::new(all, ranks::all())) } else { all })
+    }
+
+    /// Refuse a set of which processes see different files: each of them would take its part from other rows. All processes call it.
+    fn agree(&self, ranks: &dyn Ranks) -> Result<()> {
+        let mut hasher = DefaultHasher::new();
+        self.0.hash(&mut hasher);
+        // Every whole number of 53 bits is exact.
+        let (n, names) = (self.0.len() as f64, (hasher.finish() >> 11) as f64);
+        let mut all = [n, -n, names, -names];
+        ranks.largest(&mut all);
+        let found = if all[0] == -all[1] { "files with other names".into() } else { format!("from {} to {} files", -all[1], all[0]) };
+        let text = format!("the processes find {found} for {self}: every machine must see the same files under the same names");
+        ensure!(all[0] == -all[1] && all[2] == -all[3], Failure::usage(text));
+        Ok(())
     }
 
     /// Open several files as one set.
@@ -190,6 +206,23 @@ impl fmt::Display for SetFiles {
             [one] => write!(f, "{}", one.display()),
             [first, second] => write!(f, "{} and {}", first.display(), second.display()),
             [first, others @ ..] => write!(f, "{} and {} other files", first.display(), others.len()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::as_processes;
+
+    #[test]
+    fn processes_that_find_other_files_refuse_the_set() {
+        let files = |names: &[&str]| SetFiles(names.iter().map(PathBuf::from).collect());
+        let errors = |of: [&SetFiles; 3]| as_processes(3, |ranks| of[ranks.rank()].agree(&*ranks).err().map(|e| e.to_string()));
+        let (one, two, other) = (files(&["a.uvh5"]), files(&["a.uvh5", "b.uvh5"]), files(&["a.uvh5", "c.uvh5"]));
+        assert!(errors([&two, &two, &two]).iter().all(Option::is_none));
+        for (of, words) in [([&two, &one, &two], "from 1 to 2 files"), ([&two, &two, &other], "files with other names")] {
+            assert!(errors(of).iter().all(|e| e.as_ref().is_some_and(|e| e.contains(words))), "{:?}", errors(of));
         }
     }
 }
