@@ -2,7 +2,7 @@
 
 use super::bands::{Bands, open_stripes};
 use super::degridder::{check_image, degrid_units};
-use super::fft::{BLOCK, image_to_columns, put_pixels, used_rows};
+use super::fft::{BLOCK, image_to_columns, pixels_to_rows, used_rows};
 use super::nodes::Nodes;
 use super::own_columns::{columns_of, lines_at_once};
 use super::plan::Plan;
@@ -13,7 +13,6 @@ use crate::Result;
 use cittert_arrays::Ranks;
 use ndarray::ArrayView2;
 use num_complex::Complex;
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -39,7 +38,7 @@ impl<T: Real> BandDegridder<T> {
         check_image(&plan, image)?;
         let own = columns_of(plan.grid.n_l, bands.place.0, bands.place.1);
         let blocks = image_to_columns(&plan, image, (true, 0..plan.planes()), own.start / BLOCK..own.end.div_ceil(BLOCK));
-        let planes = PlaneRows::unfilled(plan.n_rows, plan.planes());
+        let planes = PlaneRows::unfilled(plan.n_rows, plan.planes(), plan.columns.width);
         Ok(Self { plan, bands: bands.clone(), next: 0, planes, blocks })
     }
 
@@ -47,23 +46,16 @@ impl<T: Real> BandDegridder<T> {
     pub fn open(&mut self, ranks: &dyn Ranks) {
         let Some(reach) = self.bands.tiles.get(self.next).map(|band| open_stripes(self.plan.n_rows, band)) else { return };
         self.next += 1;
-        let (plan, len) = (&self.plan, TILE * self.plan.planes() * self.plan.nu);
+        let (plan, per_row) = (&self.plan, self.plan.planes() * self.plan.columns.width);
         let mut stripes = self.planes.stripes_mut();
         let mut done: Vec<Vec<Complex<T>>> =
             stripes[..reach.start].iter_mut().map(|s| std::mem::take(*s)).filter(|s| !s.is_empty()).collect();
-        let mut new: Vec<(usize, &mut Vec<Complex<T>>)> =
-            stripes.into_iter().enumerate().filter(|(s, stripe)| reach.contains(s) && stripe.is_empty()).collect();
-        for (s, stripe) in &mut new {
-            **stripe = done.pop().unwrap_or_default();
-            stripe.resize(len, Complex::new(T::default(), T::default()));
-            gather(plan, (&self.blocks, &self.bands), (*s, stripe), ranks);
+        for (s, stripe) in stripes.into_iter().enumerate().filter(|(s, stripe)| reach.contains(s) && stripe.is_empty()) {
+            *stripe = done.pop().unwrap_or_default();
+            stripe.resize(TILE * per_row, Complex::new(T::default(), T::default()));
+            let pixels = gather(plan, (&self.blocks, &self.bands), s, ranks);
+            pixels_to_rows(plan, &pixels, &mut stripe[..used_rows(plan, s) * per_row]);
         }
-        drop(done);
-        let scratch = || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()];
-        new.into_par_iter().for_each_init(scratch, |scratch, (s, stripe)| {
-            let used = used_rows(plan, s) * plan.planes() * plan.nu;
-            stripe[..used].chunks_exact_mut(plan.nu).for_each(|row| plan.fft.rows[1].process_with_scratch(row, scratch));
-        });
     }
 
     /// Write the nodes of sorted rows that lie in the band that is open.
@@ -83,33 +75,29 @@ impl<T: Real> Drop for BandDegridder<T> {
     }
 }
 
-/// Put the columns of all processes into the rows of a stripe \[row, plane, u\], where their transform begins.
-fn gather<T: Real>(
-    plan: &Plan<T>,
-    (blocks, bands): (&[Vec<Complex<T>>], &Bands),
-    (stripe, rows): (usize, &mut [Complex<T>]),
-    ranks: &dyn Ranks,
-) {
+/// The pixels of a stripe \[row, plane, column\], from the columns of all processes.
+fn gather<T: Real>(plan: &Plan<T>, (blocks, bands): (&[Vec<Complex<T>>], &Bands), stripe: usize, ranks: &dyn Ranks) -> Vec<Complex<T>> {
     let (planes, n_l, (rank, size)) = (plan.planes(), plan.grid.n_l, bands.place);
     let own = columns_of(n_l, rank, size);
     let mut mine: Vec<Complex<T>> = Vec::new();
     let lines = used_rows(plan, stripe) * planes;
     let at_once = lines_at_once::<T>(n_l);
-    for (k, part) in rows[..lines * plan.nu].chunks_mut(at_once * plan.nu).enumerate() {
+    let mut all = vec![Complex::new(T::default(), T::default()); lines * n_l];
+    for (k, part) in all.chunks_mut(at_once * n_l).enumerate() {
         mine.clear();
-        for line in k * at_once..k * at_once + part.len() / plan.nu {
+        for line in k * at_once..k * at_once + part.len() / n_l {
             let from = (line % planes * plan.n_rows + stripe * TILE + line / planes) * BLOCK;
             let pixels = blocks.iter().flat_map(|block| &block[from..from + BLOCK]);
             mine.extend(pixels.take(own.len()));
         }
-        part.fill(Complex::new(T::default(), T::default()));
         let of_all = ranks.exchange(bytemuck::cast_slice(&mine).to_vec());
         for (process, bytes) in of_all.iter().enumerate() {
             let columns: Range<usize> = columns_of(n_l, process, size);
             let pixels: Vec<Complex<T>> = bytemuck::pod_collect_to_vec(bytes);
-            for (row, pixels) in part.chunks_exact_mut(plan.nu).zip(pixels.chunks_exact(columns.len().max(1))) {
-                put_pixels(plan, pixels, columns.start, row);
+            for (row, pixels) in part.chunks_exact_mut(n_l).zip(pixels.chunks_exact(columns.len().max(1))) {
+                row[columns.clone()].copy_from_slice(pixels);
             }
         }
     }
+    all
 }

@@ -1,7 +1,7 @@
 //! Gridding by bands of v, where several processes share a set: each holds the rows of one band, and then its own columns of these rows.
 
 use super::bands::{Bands, open_stripes};
-use super::fft::{transform_rows, used_rows};
+use super::fft::{rows_to_pixels, used_rows};
 use super::gridder::{fill, grid_units, slices};
 use super::nodes::Nodes;
 use super::own_columns::OwnColumns;
@@ -39,7 +39,7 @@ pub struct BandGridder<T: Real> {
 
 impl<T: Real> BandGridder<T> {
     pub(super) fn on(plan: Arc<Plan<T>>, bands: &Bands) -> Self {
-        let planes = PlaneRows::unfilled(plan.n_rows, plan.planes());
+        let planes = PlaneRows::unfilled(plan.n_rows, plan.planes(), plan.columns.width);
         let mut new = Self { columns: OwnColumns::new(&plan, bands.place), plan, bands: bands.tiles.clone(), at: 0, planes };
         new.open(Vec::new());
         new
@@ -48,7 +48,7 @@ impl<T: Real> BandGridder<T> {
     /// Give memory to the stripes that the band reaches: that of stripes that are `done`, or new one.
     fn open(&mut self, mut done: Vec<Vec<Complex<T>>>) {
         let Some(band) = self.bands.get(self.at) else { return };
-        let len = TILE * self.plan.planes() * self.plan.nu;
+        let len = TILE * self.plan.planes() * self.plan.columns.width;
         let mut stripes = self.planes.stripes_mut();
         // The first stripe has what the band before has added to it.
         let without = stripes[open_stripes(self.plan.n_rows, band)].iter_mut().filter(|s| s.is_empty());
@@ -90,12 +90,11 @@ impl<T: Real> BandGridder<T> {
     pub fn close(&mut self, ranks: &dyn Ranks) {
         let Some(band) = self.bands.get(self.at).cloned() else { return };
         let mut stripes = self.planes.stripes_mut();
-        let complete = &mut stripes[band.clone()];
-        let (plan, per_row) = (&self.plan, self.plan.planes() * self.plan.nu);
-        let used = complete.par_iter_mut().enumerate().map(|(k, stripe)| &mut stripe[..used_rows(plan, band.start + k) * per_row]);
-        transform_rows(plan, used);
-        let done: Vec<Vec<Complex<T>>> = complete.iter_mut().map(|stripe| std::mem::take(*stripe)).collect();
-        done.iter().for_each(|stripe| self.columns.take(&self.plan, stripe, ranks));
+        let (plan, per_row) = (&self.plan, self.plan.planes() * self.plan.columns.width);
+        let done: Vec<Vec<Complex<T>>> = stripes[band.clone()].iter_mut().map(|stripe| std::mem::take(*stripe)).collect();
+        for (s, stripe) in band.zip(&done) {
+            self.columns.take(plan, &rows_to_pixels(plan, &stripe[..used_rows(plan, s) * per_row]), ranks);
+        }
         self.at += 1;
         self.open(done);
     }

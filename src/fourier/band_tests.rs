@@ -156,7 +156,7 @@ fn any_number_of_threads_gives_the_same_bits_by_bands() {
 }
 
 #[test]
-fn each_of_several_processes_holds_its_share_of_the_planes() {
+fn each_of_several_processes_holds_its_share_of_the_padded_planes() {
     let c = case((1024, 1024), 0.000_4, sky(), (2, 1), (0.9, 0.0));
     let plan = &transform::<f32>(&c, &GridOptions::default()).plan;
     let sides = Sides::of(plan);

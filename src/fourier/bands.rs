@@ -1,8 +1,8 @@
 //! Bands of v, which are gridded one after the other, so that a process holds the rows of one band and not the whole grid.
 //!
 //! K processes that share a set hold P / K bytes of planes each, if P are those of one process. A band of S bands has P / S bytes. Of the bands before it,
-//! a process keeps the columns of the image that are its own: P n_l / (n_u K) at the end. Both together are P / K for S = K n_u / (n_u - n_l), which is 2 K
-//! where the grid is twice as wide as the image.
+//! a process keeps the columns of the image that are its own: P n_l / (n_u K) at the end, where all n_u columns of the padded grid are stored. Both together are then
+//! P / K for S = K n_u / (n_u - n_l), which is 2 K where the grid is twice as wide as the image. Where fewer columns are stored, a band has less.
 
 use super::own_columns::columns_of;
 use super::plan::Plan;
@@ -50,6 +50,8 @@ impl Bands {
 pub(super) struct Sides {
     /// Points of the padded grid along u and along v.
     pub(super) padded: (usize, usize),
+    /// Columns of it that visibilities reach, which are stored.
+    pub(super) width: usize,
     /// Columns of the image.
     pub(super) n_l: usize,
     /// Rows of the half grid that are kept, and planes.
@@ -65,6 +67,7 @@ impl Sides {
     pub(super) fn of<T: Real>(plan: &Plan<T>) -> Self {
         Self {
             padded: (plan.nu, plan.nv),
+            width: plan.columns.width,
             n_l: plan.grid.n_l,
             rows: plan.n_rows,
             planes: plan.planes(),
@@ -86,7 +89,7 @@ impl Sides {
     /// Most bytes of planes that a process holds: the largest band, and the columns that are its own.
     pub(super) fn bytes(self, bands: &[Range<usize>], processes: usize) -> usize {
         let rows = bands.iter().map(|b| open_stripes(self.rows, b).len() * TILE).max().unwrap_or(0);
-        rows * self.planes * self.padded.0 * self.cell_bytes + self.own_bytes(processes)
+        rows * self.planes * self.width * self.cell_bytes + self.own_bytes(processes)
     }
 
     /// Bytes of the columns of a process in all rows and planes.

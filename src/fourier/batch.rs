@@ -56,7 +56,7 @@ impl Frame {
     /// Of a tile whose lines have `lanes` cells more than starting cells.
     pub(super) fn of<T: Real>(plan: &Plan<T>, tile: TilePlace, lanes: usize) -> Self {
         let half = plan.table.support as f64 / 2.0;
-        let origin = [(tile.u * TILE) as f64 + half, (tile.v * TILE) as f64 - plan.below() as f64 + half];
+        let origin = [(tile.u * TILE) as f64 - plan.columns.left as f64 + half, (tile.v * TILE) as f64 - plan.below() as f64 + half];
         let origin_w = match &plan.w.basis {
             WBasis::Powers { .. } => 0.0,
             WBasis::Planes { table, .. } => (tile.slab * SLAB) as f64 + table.support as f64 / 2.0,

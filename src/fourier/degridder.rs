@@ -186,7 +186,7 @@ impl<T: Real> Work<T> for Load<'_, T> {
     const GRID: bool = false;
 
     fn begin(&mut self, place: TilePlace, tile: &mut [T]) {
-        let (plan, nu) = (self.plan, self.plan.nu);
+        let (plan, width) = (self.plan, self.planes.width);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();
         for (k, line) in tile.chunks_exact_mut(depth * 2 * stride).enumerate() {
@@ -200,8 +200,8 @@ impl<T: Real> Work<T> for Load<'_, T> {
                     plane.fill(T::default());
                     continue;
                 };
-                let at = ((r % TILE) * self.planes.planes + p) * nu;
-                let row = &rows[at..at + nu];
+                let at = ((r % TILE) * self.planes.planes + p) * width;
+                let row = &rows[at..at + width];
                 let plane: &mut [Complex<T>] = bytemuck::cast_slice_mut(plane);
                 let first = place.u * TILE;
                 if let Some(cells) = row.get(first..first + stride) {
@@ -209,7 +209,7 @@ impl<T: Real> Work<T> for Load<'_, T> {
                     continue;
                 }
                 for (i, cell) in plane.iter_mut().enumerate() {
-                    *cell = row[(first + i) % nu];
+                    *cell = row[(first + i) % width];
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Two-dimensional transforms between the image and the half grid of visibilities.
 //!
-//! Visibilities are folded to v >= 0, so a plane is a band of rows along u. The rows are transformed in place, and only the columns of the
-//! image are kept. Then blocks of columns are gathered, transformed, corrected and summed over all planes while they are in cache. Rows that
+//! Visibilities are folded to v >= 0, so a plane is a band of rows along u. The rows are transformed one by one, and only the columns of the
+//! image are kept, in the place of each row. Then blocks of columns are gathered, transformed, corrected and summed over all planes while they are in cache. Rows that
 //! no visibility reaches are not transformed. With real screens, two columns share one complex transform.
 
 use super::line_fft::apart;
@@ -39,13 +39,18 @@ struct Columns<'a, T: Real> {
 fn depths<T: Real>(plan: &Plan<T>, first: usize, width: usize) -> Vec<f64> {
     let l2: [f64; BLOCK] = std::array::from_fn(|c| if c < width { plan.grid.l_at((first + c) as f64).powi(2) } else { f64::NAN });
     let mut depths = vec![0.0; plan.grid.n_m * BLOCK];
-    for (i, line) in depths.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+    let (lines, half) = (depths.as_chunks_mut::<BLOCK>().0, plan.grid.n_m / 2);
+    for (i, line) in lines.iter_mut().enumerate().take(half + 1) {
         let m2 = plan.grid.m_at(i as f64).powi(2);
         for (depth, l2) in line.iter_mut().zip(&l2) {
             let r2 = l2 + m2;
             let root = (1.0 - r2).sqrt();
             *depth = if r2 < 1.0 { -r2 / (1.0 + root) } else { f64::NAN };
         }
+    }
+    // Rows as far on the other side of m = 0 have the same.
+    for i in half + 1..lines.len() {
+        lines[i] = lines[2 * half - i];
     }
     depths
 }
@@ -181,13 +186,13 @@ impl Place {
 /// are corrected too; a sum of groups is corrected when it is complete. The transform overwrites the planes. Their memory is returned for the
 /// next use.
 pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<T>) -> PlaneRows<T> {
-    let planes = rows.planes;
+    let (planes, width) = (rows.planes, rows.width);
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || (LineOfPixels::new(plan), vec![Complex::default(); TILE * planes * plan.grid.n_l]),
+        || (Line::new(plan), vec![Complex::default(); TILE * planes * plan.grid.n_l]),
         |(line, columns), (s, stripe)| {
-            for (at, row) in stripe.chunks_exact_mut(plan.nu).take(used_rows(plan, s) * planes).enumerate() {
+            for (at, row) in stripe.chunks_exact(width).take(used_rows(plan, s) * planes).enumerate() {
                 let place = Place { planes, row: at / planes, plane: at % planes };
-                for (b, block) in line.of(plan, row).chunks(BLOCK).enumerate() {
+                for (b, block) in line.pixels_of(plan, row).chunks(BLOCK).enumerate() {
                     columns[place.of(b * BLOCK, block.len())].copy_from_slice(block);
                 }
             }
@@ -208,40 +213,53 @@ pub(super) fn used_rows<T: Real>(plan: &Plan<T>, stripe: usize) -> usize {
     plan.n_rows.saturating_sub(stripe * TILE).min(TILE)
 }
 
-/// Transforms rows along u.
-struct LineOfPixels<T> {
+/// A row of the padded grid, which is transformed along u.
+struct Line<T> {
+    padded: Vec<Complex<T>>,
     scratch: Vec<Complex<T>>,
     pixels: Vec<Complex<T>>,
 }
 
-impl<T: Real> LineOfPixels<T> {
+impl<T: Real> Line<T> {
     fn new(plan: &Plan<T>) -> Self {
         let zeros = |n: usize| vec![Complex::default(); n];
-        Self { scratch: zeros(plan.fft.rows[0].get_inplace_scratch_len()), pixels: zeros(plan.grid.n_l) }
+        let scratch = plan.fft.rows.iter().map(|fft| fft.get_inplace_scratch_len()).max().unwrap_or(0);
+        Self { padded: zeros(plan.nu), scratch: zeros(scratch), pixels: zeros(plan.grid.n_l) }
     }
 
-    /// The pixels of the image in a row, in order. The row is overwritten.
-    fn of(&mut self, plan: &Plan<T>, row: &mut [Complex<T>]) -> &[Complex<T>] {
-        plan.fft.rows[0].process_with_scratch(row, &mut self.scratch);
+    /// The pixels of the image in a stored row, in order.
+    fn pixels_of(&mut self, plan: &Plan<T>, stored: &[Complex<T>]) -> &[Complex<T>] {
+        plan.columns.widen(stored, &mut self.padded);
+        plan.fft.rows[0].process_with_scratch(&mut self.padded, &mut self.scratch);
         let half = plan.grid.n_l / 2;
         let (before, after) = self.pixels.split_at_mut(half);
-        before.copy_from_slice(&row[plan.nu - half..]);
-        after.copy_from_slice(&row[..after.len()]);
+        before.copy_from_slice(&self.padded[plan.nu - half..]);
+        after.copy_from_slice(&self.padded[..after.len()]);
         &self.pixels
+    }
+
+    /// Transform the pixels that `put` puts into an empty row with [`put_pixels`], and store the part of the row that is kept.
+    fn store(&mut self, plan: &Plan<T>, put: impl FnOnce(&mut [Complex<T>]), stored: &mut [Complex<T>]) {
+        self.padded.fill(Complex::default());
+        put(&mut self.padded);
+        plan.fft.rows[1].process_with_scratch(&mut self.padded, &mut self.scratch);
+        plan.columns.narrow(&self.padded, stored);
     }
 }
 
-/// Transform the rows \[row, plane, u\] of some stripes along u. The pixels of the image are then at the front of each row, in order.
-pub(super) fn transform_rows<'s, T: Real>(plan: &Plan<T>, stripes: impl ParallelIterator<Item = &'s mut [Complex<T>]>) {
-    stripes.for_each_init(
-        || LineOfPixels::new(plan),
-        |line, rows| {
-            for row in rows.chunks_exact_mut(plan.nu) {
-                let pixels = line.of(plan, row);
-                row[..pixels.len()].copy_from_slice(pixels);
-            }
-        },
-    );
+/// The pixels \[line, column\] of stored rows \[line, u\].
+pub(super) fn rows_to_pixels<T: Real>(plan: &Plan<T>, stored: &[Complex<T>]) -> Vec<Complex<T>> {
+    let (width, n_l) = (plan.columns.width, plan.grid.n_l);
+    let mut all = vec![Complex::default(); stored.len() / width * n_l];
+    let lines = stored.par_chunks_exact(width).zip(all.par_chunks_exact_mut(n_l));
+    lines.for_each_init(|| Line::new(plan), |line, (row, out)| out.copy_from_slice(line.pixels_of(plan, row)));
+    all
+}
+
+/// Transform pixels \[line, column\] to rows \[line, u\], and store what visibilities reach of them.
+pub(super) fn pixels_to_rows<T: Real>(plan: &Plan<T>, pixels: &[Complex<T>], stored: &mut [Complex<T>]) {
+    let lines = pixels.par_chunks_exact(plan.grid.n_l).zip(stored.par_chunks_exact_mut(plan.columns.width));
+    lines.for_each_init(|| Line::new(plan), |line, (pixels, out)| line.store(plan, |row| put_pixels(plan, pixels, 0, row), out));
 }
 
 /// Transform columns of the planes along v, apply their screens, and add them to columns of the image \[m, l\], of which the first is `first`. `row` gives
@@ -279,23 +297,24 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
     (raw, group): (bool, Range<usize>),
 ) -> PlaneRows<T> {
     let planes = group.len();
-    let (nu, n_rows) = (plan.nu, plan.n_rows);
+    let n_rows = plan.n_rows;
     let blocks = image_to_columns(plan, image, (raw, group), 0..plan.grid.n_l.div_ceil(BLOCK));
-    let mut rows = plan.pool.take_planes(n_rows, planes, nu);
+    let mut rows = plan.pool.take_planes(n_rows, planes, plan.columns.with_pixels);
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
-        |scratch, (s, stripe)| {
-            for (at, row) in stripe.chunks_exact_mut(nu).enumerate() {
+        || Line::new(plan),
+        |line, (s, stripe)| {
+            for (at, stored) in stripe.chunks_exact_mut(plan.columns.with_pixels).enumerate() {
                 let (r, p) = (s * TILE + at / planes, at % planes);
                 if r >= n_rows {
                     break;
                 }
-                row.fill(Complex::default());
-                for (b, block) in blocks.iter().enumerate() {
-                    let from = (p * n_rows + r) * BLOCK;
-                    put_pixels(plan, &block[from..from + BLOCK], b * BLOCK, row);
-                }
-                plan.fft.rows[1].process_with_scratch(row, scratch);
+                let put = |row: &mut [Complex<T>]| {
+                    for (b, block) in blocks.iter().enumerate() {
+                        let from = (p * n_rows + r) * BLOCK;
+                        put_pixels(plan, &block[from..from + BLOCK], b * BLOCK, row);
+                    }
+                };
+                line.store(plan, put, stored);
             }
         },
     );
@@ -303,8 +322,8 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
     rows
 }
 
-/// Put pixels of the columns from `first` on into a row along u. What lies beyond the image is left out.
-pub(super) fn put_pixels<T: Real>(plan: &Plan<T>, pixels: &[Complex<T>], first: usize, row: &mut [Complex<T>]) {
+/// Put pixels of the columns from `first` on into a row of the padded grid. What lies beyond the image is left out.
+fn put_pixels<T: Real>(plan: &Plan<T>, pixels: &[Complex<T>], first: usize, row: &mut [Complex<T>]) {
     let (nu, n_l) = (plan.nu, plan.grid.n_l);
     for (c, v) in (first..n_l).zip(pixels) {
         row[(c + nu - n_l / 2) % nu] = *v;

@@ -49,7 +49,7 @@ impl<T: Real> Gridder<T> {
 
     pub(super) fn on(plan: Arc<Plan<T>>) -> Self {
         let groups = plane_groups(&plan, plan.plane_bytes);
-        let resident = (groups.len() == 1).then(|| plan.pool.take_empty_planes(plan.n_rows, plan.planes(), plan.nu));
+        let resident = (groups.len() == 1).then(|| plan.pool.take_empty_planes(plan.n_rows, plan.planes(), plan.columns.with_pixels));
         Self { plan, groups, resident, image: None }
     }
 
@@ -110,8 +110,8 @@ impl<T: Real> Gridder<T> {
         let mut kept: Option<PlaneRows<T>> = None;
         for group in &self.groups {
             // Planes of a group of another size are freed before the next ones are made.
-            let same = kept.take().filter(|k| k.fits(plan.n_rows, group.len(), plan.nu));
-            let mut planes = same.unwrap_or_else(|| PlaneRows::zeros(plan.n_rows, group.len(), plan.nu));
+            let same = kept.take().filter(|k| k.fits(plan.n_rows, group.len(), plan.columns.with_pixels));
+            let mut planes = same.unwrap_or_else(|| PlaneRows::zeros(plan.n_rows, group.len(), plan.columns.with_pixels));
             grid_units(plan, (rows, nodes), (&planes, group.clone()), 0..plan.tiles_v())?;
             let image = self.image.get_or_insert_with(|| zeros((plan.grid.n_m, plan.grid.n_l)));
             planes = planes_to_image(plan, planes, group.start, image);
@@ -273,7 +273,7 @@ impl<T: Real> Work<T> for Flush<'_, T> {
 
     fn end(&mut self, place: TilePlace, tile: &mut [T], planes: usize) {
         self.turn.wait();
-        let (plan, nu) = (self.plan, self.plan.nu);
+        let (plan, width) = (self.plan, self.planes.width);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();
         let cells = TILE + plan.table.support;
@@ -294,23 +294,23 @@ impl<T: Real> Work<T> for Flush<'_, T> {
             // The lines of the planes lie far apart, which the processor cannot foresee.
             if (r + 1) % TILE != 0 {
                 for p in (0..planes).filter_map(|p| in_group(place.slab, p, self.group)) {
-                    let next = ((r % TILE + 1) * self.planes.planes + p) * nu + first;
+                    let next = ((r % TILE + 1) * self.planes.planes + p) * width + first;
                     (next..next + cells).step_by(IN_CACHE_LINE / size_of::<Complex<T>>()).for_each(|at| ask_for(rows, at));
                 }
             }
             for (p, plane) in line.chunks_exact(2 * stride).enumerate() {
                 let Some(p) = in_group(place.slab, p, self.group) else { continue };
-                let at = ((r % TILE) * self.planes.planes + p) * nu;
-                let row = &mut rows[at..at + nu];
+                let at = ((r % TILE) * self.planes.planes + p) * width;
+                let row = &mut rows[at..at + width];
                 let plane: &[Complex<T>] = &bytemuck::cast_slice(plane)[..cells];
-                if first + cells <= nu {
+                if first + cells <= width {
                     let row = &mut row[first..first + cells];
                     for k in 0..cells {
                         row[k] += plane[k];
                     }
                 } else {
                     for (i, cell) in plane.iter().enumerate() {
-                        row[(first + i) % nu] += *cell;
+                        row[(first + i) % width] += *cell;
                     }
                 }
             }

@@ -52,6 +52,7 @@ mod shared_tests;
 mod size;
 mod sort;
 mod sorted_rows;
+mod stored_columns;
 #[cfg(test)]
 mod tests;
 mod tile_work;

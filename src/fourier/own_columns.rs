@@ -46,24 +46,23 @@ impl<T: Real> OwnColumns<T> {
         self.columns[self.rank].clone()
     }
 
-    /// Add the next stripe \[row, plane, u\] of every process, whose rows are transformed. The sums are made in double precision and in the order of the
+    /// Add the next stripe of every process, as pixels \[row, plane, column\]. The sums are made in double precision and in the order of the
     /// processes, so that they are the same in every run.
     pub(super) fn take(&mut self, plan: &Plan<T>, stripe: &[Complex<T>], ranks: &dyn Ranks) {
-        let own = self.own();
-        let lines = used_rows(plan, self.stripes.len()) * plan.planes();
-        let mut kept = Vec::with_capacity(lines * own.len());
-        let at_once = lines_at_once::<T>(plan.grid.n_l);
+        let (own, n_l) = (self.own(), plan.grid.n_l);
+        let mut kept = Vec::with_capacity(stripe.len() / n_l * own.len());
+        let at_once = lines_at_once::<T>(n_l);
         let (mut given, mut got, mut sums) = (Vec::new(), Vec::new(), Vec::new());
-        for part in stripe[..lines * plan.nu].chunks(at_once * plan.nu) {
+        for part in stripe.chunks(at_once * n_l) {
             if self.columns.len() == 1 {
-                part.chunks_exact(plan.nu).for_each(|line| kept.extend_from_slice(&line[own.clone()]));
+                part.chunks_exact(n_l).for_each(|line| kept.extend_from_slice(&line[own.clone()]));
                 continue;
             }
             given.clear();
             for columns in &self.columns {
-                part.chunks_exact(plan.nu).for_each(|line| given.extend_from_slice(&line[columns.clone()]));
+                part.chunks_exact(n_l).for_each(|line| given.extend_from_slice(&line[columns.clone()]));
             }
-            let n = part.len() / plan.nu;
+            let n = part.len() / n_l;
             let lengths: Vec<usize> = self.columns.iter().map(|c| n * c.len() * size_of::<Complex<T>>()).collect();
             got.resize(self.columns.len() * n * own.len(), Complex::new(T::default(), T::default()));
             ranks.deal(bytemuck::cast_slice(&given), &lengths, bytemuck::cast_slice_mut(&mut got));
@@ -77,18 +76,18 @@ impl<T: Real> OwnColumns<T> {
         self.stripes.push(kept);
     }
 
-    /// Add a stripe \[row, plane, u\] of every process, whose rows are transformed: of each process, which stripe it is and how many of its rows it has. What several
+    /// Add a stripe of every process, as pixels \[row, plane, column\]: of each process, which stripe it is and how many of its rows it has. What several
     /// processes have of a stripe is added up in the order of the calls and of the processes.
     pub(super) fn trade(&mut self, plan: &Plan<T>, (stripe, of_each): (&[Complex<T>], &[Option<StripeRows>]), ranks: &dyn Ranks) {
-        let (own, planes) = (self.own(), plan.planes());
+        let (own, planes, n_l) = (self.own(), plan.planes(), plan.grid.n_l);
         self.stripes.resize_with(plan.tiles_v(), Vec::new);
         let lines: Vec<usize> = of_each.iter().map(|of| of.map_or(0, |(_, rows)| rows * planes)).collect();
-        let at_once = lines_at_once::<T>(plan.grid.n_l);
+        let at_once = lines_at_once::<T>(n_l);
         for first in (0..lines.iter().copied().max().unwrap_or(0)).step_by(at_once) {
             let now = |process: usize| first.min(lines[process])..(first + at_once).min(lines[process]);
-            let mine = &stripe[now(self.rank).start * plan.nu..now(self.rank).end * plan.nu];
+            let mine = &stripe[now(self.rank).start * n_l..now(self.rank).end * n_l];
             let to = |columns: &Range<usize>| {
-                let lines = mine.chunks_exact(plan.nu).map(|line| bytemuck::cast_slice(&line[columns.clone()]));
+                let lines = mine.chunks_exact(n_l).map(|line| bytemuck::cast_slice(&line[columns.clone()]));
                 lines.collect::<Vec<&[u64]>>().concat()
             };
             let got = ranks.got(ranks.give(self.columns.iter().map(to).collect()));

@@ -7,6 +7,7 @@ use super::line_fft::{LineFfts, good_size};
 use super::plane_rows::TILE;
 use super::pool::Pool;
 use super::real::Real;
+use super::stored_columns::StoredColumns;
 use super::wplanes::{SLAB, WBasis, WTerm};
 use crate::values::need;
 use crate::{ChainError, Result};
@@ -86,6 +87,7 @@ pub(crate) struct Plan<T: Real> {
     pub(crate) w: WTerm<T>,
     /// Number of rows of the half grid that are kept. Row r is v = r - support / 2.
     pub(crate) n_rows: usize,
+    pub(crate) columns: StoredColumns,
     pub(crate) channels: Channels<T>,
     pub(crate) divide_by_n: bool,
     pub(crate) fft: LineFfts<T>,
@@ -156,6 +158,8 @@ impl<T: Real> Plan<T> {
                 format!("uvw up to {extent:?} are {reach:?} cells and wavelengths long: the set is damaged, or its uvw are not in m");
             return Err(ChainError::Incompatible(message));
         }
+        let table = KernelTable::new(&kernel, 0.02 * opts.epsilon);
+        let columns = StoredColumns::of((nu, grid.n_l), reach[0], &table);
         let top = ((extent.v_m * f_max * scale[1]).ceil().min(nv as f64)) as usize;
         let below = kernel.support / 2;
         Ok(Self {
@@ -165,9 +169,10 @@ impl<T: Real> Plan<T> {
             nv,
             correct_l: kernel.correction(grid.n_l, nu),
             correct_m: kernel.correction(grid.n_m, nv),
-            table: KernelTable::new(&kernel, 0.02 * opts.epsilon),
+            table,
             w,
             n_rows: (below + top + kernel.support + 1).min(nv + kernel.support),
+            columns,
             channels: Channels::new(freq_hz, 0.2 * opts.epsilon),
             divide_by_n: opts.divide_by_n,
             fft: LineFfts::new(nu, nv),
@@ -195,7 +200,7 @@ impl<T: Real> Plan<T> {
     }
 
     pub(crate) fn tiles_u(&self) -> usize {
-        self.nu.div_ceil(TILE)
+        self.columns.tiles
     }
 
     pub(crate) fn tiles_v(&self) -> usize {

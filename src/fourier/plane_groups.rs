@@ -12,7 +12,7 @@ use std::ops::Range;
 /// each: with the few visibilities of an image whose planes do not fit, this costs much less than another transform.
 pub(super) fn plane_groups<T: Real>(plan: &Plan<T>, budget: usize) -> Vec<Range<usize>> {
     let planes = plan.planes();
-    let fits = (budget / PlaneRows::<T>::bytes(plan.n_rows, 1, plan.nu).max(1)).clamp(1, planes);
+    let fits = (budget / PlaneRows::<T>::bytes(plan.n_rows, 1, plan.columns.with_pixels).max(1)).clamp(1, planes);
     let groups = planes.div_ceil(fits);
     (0..groups).map(|k| planes * k / groups..planes * (k + 1) / groups).collect()
 }

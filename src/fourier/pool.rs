@@ -68,17 +68,17 @@ impl<T: Real> Pool<T> {
     }
 
     /// Planes of this size with any content.
-    pub(crate) fn take_planes(&self, n_rows: usize, planes: usize, nu: usize) -> PlaneRows<T> {
+    pub(crate) fn take_planes(&self, n_rows: usize, planes: usize, width: usize) -> PlaneRows<T> {
         let kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        kept.filter(|k| k.fits(n_rows, planes, nu)).unwrap_or_else(|| PlaneRows::zeros(n_rows, planes, nu))
+        kept.filter(|k| k.fits(n_rows, planes, width)).unwrap_or_else(|| PlaneRows::zeros(n_rows, planes, width))
     }
 
     /// Planes of this size that are 0 everywhere.
-    pub(crate) fn take_empty_planes(&self, n_rows: usize, planes: usize, nu: usize) -> PlaneRows<T> {
+    pub(crate) fn take_empty_planes(&self, n_rows: usize, planes: usize, width: usize) -> PlaneRows<T> {
         let kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner).pop();
         // New planes are zero already.
-        kept.filter(|k| k.fits(n_rows, planes, nu)).map_or_else(
-            || PlaneRows::zeros(n_rows, planes, nu),
+        kept.filter(|k| k.fits(n_rows, planes, width)).map_or_else(
+            || PlaneRows::zeros(n_rows, planes, width),
             |mut old| {
                 old.clear();
                 old

@@ -1,6 +1,6 @@
 //! Gridding by several processes while they read a set: each holds the rows of the grid of its own tiles, and no process keeps a visibility.
 
-use super::fft::{transform_rows, used_rows};
+use super::fft::{rows_to_pixels, used_rows};
 use super::gridder::grid_units;
 use super::own_columns::{OwnColumns, StripeRows};
 use super::owners::Owners;
@@ -35,9 +35,9 @@ pub struct SharedGridder<T: Real> {
 
 impl<T: Real> SharedGridder<T> {
     pub(super) fn on(plan: Arc<Plan<T>>, owners: Owners) -> Self {
-        let mut planes = PlaneRows::unfilled(plan.n_rows, plan.planes());
+        let mut planes = PlaneRows::unfilled(plan.n_rows, plan.planes(), plan.columns.width);
         let mut stripes = planes.stripes_mut();
-        let per_row = plan.planes() * plan.nu;
+        let per_row = plan.planes() * plan.columns.width;
         let mut held: Vec<usize> = vec![0; stripes.len()];
         owners.held(plan.table.support, owners.rank()).into_iter().for_each(|(s, rows)| held[s] = rows * per_row);
         stripes.par_iter_mut().zip(held).for_each(|(stripe, len)| {
@@ -78,23 +78,15 @@ impl<T: Real> SharedGridder<T> {
     pub fn finish<P: Real>(mut self, ranks: &dyn Ranks) -> Result<Array2<P>> {
         self.grid_last(ranks)?;
         let plan = &self.plan;
-        let per_row = plan.planes() * plan.nu;
-        let stripes = self.planes.stripes_mut();
-        transform_rows(
-            plan,
-            stripes.into_par_iter().enumerate().map(|(s, stripe)| {
-                let used = (used_rows(plan, s) * per_row).min(stripe.len());
-                &mut stripe[..used]
-            }),
-        );
+        let per_row = plan.planes() * plan.columns.width;
         let held: Vec<Vec<StripeRows>> = (0..self.owners.size()).map(|process| self.owners.held(plan.table.support, process)).collect();
         let mut columns = OwnColumns::new(plan, (self.owners.rank(), self.owners.size()));
         let mut stripes = self.planes.stripes_mut();
         for k in 0..held.iter().map(Vec::len).max().unwrap_or(0) {
             let stripe_of = |process: usize| held[process].get(k).map(|(s, rows)| (*s, used_rows(plan, *s).min(*rows)));
             let of_each: Vec<Option<StripeRows>> = (0..held.len()).map(stripe_of).collect();
-            let own = of_each[self.owners.rank()].map(|(s, _)| std::mem::take(stripes[s])).unwrap_or_default();
-            columns.trade(plan, (&own, &of_each), ranks);
+            let own = of_each[self.owners.rank()].map(|(s, rows)| rows_to_pixels(plan, &std::mem::take(stripes[s])[..rows * per_row]));
+            columns.trade(plan, (&own.unwrap_or_default(), &of_each), ranks);
         }
         Ok(columns.image(plan, ranks))
     }

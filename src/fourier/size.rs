@@ -15,6 +15,8 @@ use num_complex::Complex;
 pub struct TransformSize {
     /// Points of the padded grid along u and along v.
     pub padded: (usize, usize),
+    /// Columns of it that visibilities reach. Several processes that share the planes store these.
+    pub width: usize,
     /// Rows of the half grid that are kept.
     pub rows: usize,
     /// Planes of the w term.
@@ -63,11 +65,11 @@ impl TransformSize {
     #[must_use]
     pub fn by_owners(&self, work: &[f64], (n_l, real_bytes): (usize, usize), processes: usize) -> Option<(BandSize, f64)> {
         let (planes, support) = (self.planes, self.support);
-        let sides = Sides { padded: self.padded, n_l, rows: self.rows, planes, support, cell_bytes: 2 * real_bytes };
+        let sides = Sides { padded: self.padded, width: self.width, n_l, rows: self.rows, planes, support, cell_bytes: 2 * real_bytes };
         sides.bands(processes)?;
         let owners = Owners::of_tiles(shared(work, processes), (0, processes));
         let rows = owners.most_rows(support);
-        let bytes = rows * planes * self.padded.0 * sides.cell_bytes;
+        let bytes = rows * planes * self.width * sides.cell_bytes;
         let by = processes as f64;
         let size = BandSize {
             processes,
@@ -85,7 +87,7 @@ impl TransformSize {
     #[must_use]
     pub fn by_bands(&self, (n_l, real_bytes): (usize, usize), processes: usize) -> Option<BandSize> {
         let (rows, planes, support) = (self.rows, self.planes, self.support);
-        let sides = Sides { padded: self.padded, n_l, rows, planes, support, cell_bytes: 2 * real_bytes };
+        let sides = Sides { padded: self.padded, width: self.width, n_l, rows, planes, support, cell_bytes: 2 * real_bytes };
         let bytes = sides.bytes(&sides.bands(processes)?, processes);
         let of_rows = (planes * rows * self.padded.0) as f64;
         let (points, logs) = (self.points - of_rows, self.point_logs - of_rows * (self.padded.0 as f64).log2());
@@ -111,6 +113,7 @@ impl<T: Real> Transform<T> {
         let at_once = groups.iter().map(|g| g.len()).max().unwrap_or(1);
         let least = groups.iter().map(|g| g.len()).min().unwrap_or(1);
         let held = at_once + if least < at_once { least } else { 0 };
+        let plane_bytes = |planes: usize| PlaneRows::<T>::bytes(plan.n_rows, planes, plan.columns.with_pixels) as u64;
         let column_bytes = |planes: usize| (planes * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64;
         // Two columns share a transform where screens are real.
         let columns = n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
@@ -118,12 +121,13 @@ impl<T: Real> Transform<T> {
         let planes = plan.planes() as f64;
         TransformSize {
             padded: (nu, nv),
+            width: plan.columns.width,
             rows: plan.n_rows,
             planes: plan.planes(),
             groups: groups.len(),
             support: plan.table.support,
-            group_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
-            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
+            group_bytes: plane_bytes(at_once),
+            plane_bytes: plane_bytes(held),
             column_bytes: column_bytes(at_once),
             column_buffers: column_bytes(held),
             plane_limit: plan.plane_bytes as u64,

@@ -243,7 +243,7 @@ fn cut<T: Real>(plan: &Plan<T>, row: &Row, (index, nodes): (u32, Range<usize>), 
     let mut lo = nodes.start;
     while lo < freq.len() {
         let f = freq[lo];
-        let (u, origin_u) = tile_of(at(f, 0), half, 0.0, nu);
+        let (u, origin_u) = tile_of(at(f, 0), half, plan.columns.left as f64, nu);
         let (v, origin_v) = tile_of(at(f, 1), half, plan.below() as f64, nv);
         let (slab, origin_w, step) = match &plan.w.basis {
             WBasis::Powers { .. } => (0, 0.0, f64::INFINITY),

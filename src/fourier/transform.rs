@@ -98,7 +98,7 @@ impl<T: Real> Transform<T> {
     pub fn shared_gridder(&self, sample: SampleOfRows<'_>, ranks: &dyn Ranks) -> Result<Option<SharedGridder<T>>> {
         let plan = &self.plan;
         let work = tile_work::of_all(plan, sample, ranks)?;
-        let bytes = |o: &Owners| PlaneRows::<T>::bytes_of_rows(o.most_rows(plan.table.support), plan.planes(), plan.nu);
+        let bytes = |o: &Owners| PlaneRows::<T>::bytes_of_rows(o.most_rows(plan.table.support), plan.planes(), plan.columns.width);
         let owners = Owners::new(plan, &work, ranks).filter(|o| bytes(o) <= plan.plane_bytes);
         let mut without = [f64::from(u8::from(owners.is_none()))];
         ranks.largest(&mut without);
@@ -144,7 +144,7 @@ impl<T: Real> Transform<T> {
     /// Bytes of all planes together.
     #[must_use]
     pub fn plane_bytes(&self) -> usize {
-        PlaneRows::<T>::bytes(self.plan.n_rows, self.plan.planes(), self.plan.nu)
+        PlaneRows::<T>::bytes(self.plan.n_rows, self.plan.planes(), self.plan.columns.with_pixels)
     }
 
     /// A predictor of the image `plane` \[m, l\].
@@ -180,7 +180,9 @@ impl<T: Real> Transform<T> {
         let transforms = |count: f64, n: f64| count * 2.5 * n * n.log2();
         let columns = plan.grid.n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
         work.fourier_multiply_adds = planes as f64 * (transforms(plan.n_rows as f64, nu) + transforms(columns, nv));
-        work.fourier_bytes = 3.0 * planes as f64 * plan.n_rows as f64 * nu * (2 * size_of::<T>()) as f64;
+        // The planes are read, and rows of pixels are written and read again.
+        let cells = plan.columns.width + 2 * plan.grid.n_l;
+        work.fourier_bytes = planes as f64 * plan.n_rows as f64 * (cells * 2 * size_of::<T>()) as f64;
         work
     }
 }

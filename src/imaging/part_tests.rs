@@ -212,7 +212,9 @@ fn several_processes_make_an_image_in_one_pass() {
         set.data.weights.slice_mut(ndarray::s![..5, .., ..]).fill(1e-34);
         set
     };
-    for (side, source) in [(96_u16, set()), (1536, far_apart(set())), (1536, tiny(even_set()))] {
+    // Few visibilities make a beam that is bright everywhere. Transforms in single precision then have rounding errors of 5e-7 of the peak, and the largest of five
+    // million such errors, in either image, is 3e-6.
+    for (side, source, bound) in [(96_u16, set(), 3e-6), (2304, far_apart(set()), 6e-6), (2304, tiny(even_set()), 6e-6)] {
         let options = ImagingOptions {
             cell: Some(Angle(1e-3 * 96.0 / f64::from(side))),
             size: Some(ImageSize::square(side.into())),
@@ -226,8 +228,8 @@ fn several_processes_make_an_image_in_one_pass() {
             let made = crate::fixtures::as_processes(size, |ranks| {
                 // The first process has few rows, and so the fewest blocks.
                 let n = source.n_rows();
-                let bound = |rank: usize| n * rank * rank / (size * size);
-                let data = source.data.rows(bound(ranks.rank())..bound(ranks.rank() + 1)).unwrap();
+                let first = |rank: usize| n * rank * rank / (size * size);
+                let data = source.data.rows(first(ranks.rank())..first(ranks.rank() + 1)).unwrap();
                 let own = VisibilitySet { data, ..source.clone() };
                 let mut part = Part::own(Box::new(InParts(own)), ranks);
                 let mut imager = Imager::of_one_image(&mut part, options.clone(), &Silent).unwrap();
@@ -237,7 +239,7 @@ fn several_processes_make_an_image_in_one_pass() {
             for (found, expected) in [(&made[0].0, &beam), (&made[0].1, &image)] {
                 let peak = expected.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
                 let error = (found - expected).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-                assert!(error < 3e-6 * peak, "{side} {size}: {error} of {peak}");
+                assert!(error < bound * peak, "{side} {size}: {error} of {peak}");
             }
         }
     }
