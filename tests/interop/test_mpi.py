@@ -37,7 +37,9 @@ def simulate(cittert):
 def test_images_are_those_of_one_process(cittert, case):
     simulate(cittert)
     command, (options, images) = case.split()[0], COMMANDS[case]
-    cittert(command, "v.uvh5", *options, "-o", "c.fits" if command == "dirty" else "c")
+    # The rounding of single precision moves the end of an optimisation by about 1e-6 of the peak. What mpirun starts works in double precision.
+    accuracy = ["--epsilon", "9e-6"] if command == "mem" else []
+    cittert(command, "v.uvh5", *options, *accuracy, "-o", "c.fits" if command == "dirty" else "c")
     for n in [1, 2, 4]:
         folder = cittert.folder / str(n)
         folder.mkdir()
