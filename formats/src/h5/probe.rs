@@ -265,11 +265,11 @@ mod tests {
         let of = |path: &Path| stamp(&std::fs::metadata(path).unwrap());
         let is_good = |path: &Path| GOOD.lock().unwrap().contains(&of(path));
         // Another machine gives the device another number. A file that it saw with another size is not the same one.
-        let [of_tried, of_changed] = [of(&tried), of(&changed)].map(|[device, rest @ ..]| (device + 1, rest));
-        let others = Second(vec![
-            [of_tried.0, of_tried.1[0], of_tried.1[1], of_tried.1[2], of_tried.1[3]],
-            [of_changed.0, of_changed.1[0], of_changed.1[1] + 1, of_changed.1[2], of_changed.1[3]],
-        ]);
+        let elsewhere = |path: &Path, larger: u64| {
+            let [device, inode, size, s, ns] = of(path);
+            [device + 1, inode, size + larger, s, ns]
+        };
+        let others = Second(vec![elsewhere(&tried, 0), elsewhere(&changed, 1)]);
         probe_together(&[tried.clone(), own.clone(), changed.clone(), text.clone()], &others).unwrap();
         assert!(is_good(&tried) && is_good(&own) && !is_good(&changed) && !is_good(&text));
         assert!(open(&changed, "").is_ok() && is_good(&changed));
