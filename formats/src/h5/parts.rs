@@ -64,8 +64,8 @@ impl<'a> Column<'a> {
     fn gather(&self, kept: &[Arc<Group<'_>>], rows: &Range<usize>, (out, filled): (&mut [u8], &mut Vec<u8>)) {
         let size = self.chunks.size;
         let inside = || kept.iter().flat_map(|group| group.chunks.iter().filter_map(OnceLock::get));
-        let first = inside().next().and_then(|u| u.every(size)).filter(|_| self.form == Form::Stored);
-        if let Some(value) = first.filter(|value| inside().all(|u| u.every(size) == Some(*value))) {
+        let first = inside().next().and_then(Unpacked::every).filter(|_| self.form == Form::Stored);
+        if let Some(value) = first.filter(|value| inside().all(|u| u.every() == Some(*value))) {
             if filled != value {
                 out.chunks_exact_mut(size).for_each(|o| o.copy_from_slice(value));
                 filled.clear();

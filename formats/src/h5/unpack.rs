@@ -5,6 +5,7 @@
 
 use flate2::{Decompress, FlushDecompress, Status};
 use hdf5::filters::Filter;
+use std::borrow::Cow;
 
 /// The filters of a dataset in the order of writing.
 pub(super) struct Pipeline {
@@ -56,23 +57,24 @@ impl Pipeline {
     /// Unpack a chunk of `length` bytes with elements of `size` bytes, in empty memory. A filter whose bit is set in `skipped` was not applied.
     pub(super) fn unpack(
         &self,
-        (mut bytes, skipped): (Vec<u8>, u32),
+        (stored, skipped): (&[u8], u32),
         (size, length): (usize, usize),
         mut memory: Vec<u8>,
     ) -> Result<Vec<u8>, String> {
+        let mut bytes = Cow::Borrowed(stored);
         for (k, step) in self.steps.iter().enumerate().rev() {
             if k < 32 && skipped >> k & 1 == 1 {
                 continue;
             }
             let due = length + CHECKSUM * self.steps[..k].iter().filter(|s| **s == Step::Fletcher32).count();
             bytes = match step {
-                Step::Deflate => inflate(&bytes, due, std::mem::take(&mut memory))?,
-                Step::Lzf => expand(&bytes, due, std::mem::take(&mut memory))?,
-                Step::Shuffle => unshuffle(&bytes, size),
+                Step::Deflate => inflate(&bytes, due, std::mem::take(&mut memory))?.into(),
+                Step::Lzf => expand(&bytes, due, std::mem::take(&mut memory))?.into(),
+                Step::Shuffle => unshuffle(&bytes, size).into(),
                 Step::Fletcher32 => checked(bytes)?,
             };
         }
-        if bytes.len() == length { Ok(bytes) } else { Err(format!("a chunk of {} bytes where {length} are due", bytes.len())) }
+        if bytes.len() == length { Ok(bytes.into_owned()) } else { Err(format!("a chunk of {} bytes where {length} are due", bytes.len())) }
     }
 }
 
@@ -161,11 +163,19 @@ fn planes<const N: usize>(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A chunk without its checksum. A wrong checksum is an error.
-fn checked(mut bytes: Vec<u8>) -> Result<Vec<u8>, String> {
-    let Some((_, sum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err("a chunk without its checksum".into()) };
-    let sum = u32::from_le_bytes(*sum);
-    bytes.truncate(bytes.len() - CHECKSUM);
-    if sum == fletcher32(&bytes) { Ok(bytes) } else { Err("a chunk that differs from its checksum".into()) }
+fn checked(bytes: Cow<'_, [u8]>) -> Result<Cow<'_, [u8]>, String> {
+    let Some((values, sum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err("a chunk without its checksum".into()) };
+    if u32::from_le_bytes(*sum) != fletcher32(values) {
+        return Err("a chunk that differs from its checksum".into());
+    }
+    let n = values.len();
+    Ok(match bytes {
+        Cow::Borrowed(all) => all[..n].into(),
+        Cow::Owned(mut all) => {
+            all.truncate(n);
+            all.into()
+        }
+    })
 }
 
 /// Checksum of Fletcher (1982) over words of 16 bits, high byte first, as HDF5 stores it.
@@ -198,8 +208,8 @@ mod tests {
     fn a_chunk_of_another_size_is_refused() {
         let values: Vec<u8> = (0..=255).cycle().take(4000).collect();
         let pipeline = Pipeline::of(&[Filter::Deflate(4)]).unwrap();
-        assert_eq!(pipeline.unpack((deflated(&values), 0), (8, 4000), Vec::new()).unwrap(), values);
-        assert_eq!(pipeline.unpack((values.clone(), 1), (8, 4000), Vec::new()).unwrap(), values);
+        assert_eq!(pipeline.unpack((&deflated(&values), 0), (8, 4000), Vec::new()).unwrap(), values);
+        assert_eq!(pipeline.unpack((&values, 1), (8, 4000), Vec::new()).unwrap(), values);
         for (bytes, skipped, due) in [
             (deflated(&values), 0, 3999),
             (deflated(&values), 0, 4001),
@@ -208,22 +218,22 @@ mod tests {
             (values[1..].to_vec(), 1, 4000),
             (Vec::new(), 0, 4000),
         ] {
-            let found = pipeline.unpack((bytes, skipped), (8, due), Vec::new());
+            let found = pipeline.unpack((&bytes, skipped), (8, due), Vec::new());
             assert!(found.as_ref().is_err_and(|e| e.starts_with("a chunk")), "{found:?}");
         }
         let lzf = Pipeline::of(&[Filter::LZF]).unwrap();
         for bytes in [vec![], vec![7], vec![255; 20], vec![0x1f, 1, 2], vec![0x20, 0xff], vec![0, 1, 0xe0], vec![0, 1, 0x20], vec![0; 9000]]
         {
-            assert!(lzf.unpack((bytes, 0), (8, 4000), Vec::new()).is_err());
+            assert!(lzf.unpack((&bytes, 0), (8, 4000), Vec::new()).is_err());
         }
         assert_eq!(
-            lzf.unpack((vec![1, 5, 6, 0x60, 1, 0xe0, 3, 0], 0), (8, 19), Vec::new()).unwrap(),
+            lzf.unpack((&[1, 5, 6, 0x60, 1, 0xe0, 3, 0], 0), (8, 19), Vec::new()).unwrap(),
             [&[5, 6, 5, 6, 5, 6, 5][..], &[5; 12]].concat()
         );
         let sums = Pipeline::of(&[Filter::Fletcher32]).unwrap();
         assert!(
-            sums.unpack((vec![1, 2, 3], 0), (1, 3), Vec::new()).is_err()
-                && sums.unpack((vec![1, 2, 3, 0, 0, 0, 0], 0), (1, 3), Vec::new()).is_err()
+            sums.unpack((&[1, 2, 3], 0), (1, 3), Vec::new()).is_err()
+                && sums.unpack((&[1, 2, 3, 0, 0, 0, 0], 0), (1, 3), Vec::new()).is_err()
         );
     }
 

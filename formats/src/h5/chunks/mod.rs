@@ -2,17 +2,21 @@
 //!
 //! The HDF5 library does this on one thread, value by value, and does not check the size that a filter gives.
 
+mod content;
+
 use super::convert::Form;
 use super::places::Places;
 use super::sharing::{shared, threads};
 use super::unpack::Pipeline;
 use bytemuck::{cast, pod_read_unaligned};
+use content::{Content, LastAlike, Run};
+pub(super) use content::{Runs, Spare, Unpacked};
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
 use hdf5_sys::h5::{herr_t, hsize_t};
 use hdf5_sys::h5d::{H5Dread, H5Dread_chunk1};
 use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -43,46 +47,7 @@ pub(super) struct Chunks<'a> {
     pub(super) size: usize,
     /// The rows that are wanted, and where their chunks lie in the file, if it is known.
     located: Option<(Range<usize>, Places)>,
-}
-
-/// Elements that are contiguous both in a row of a chunk and in a row of the array. `to` and `from` count from the start of the chunk.
-#[derive(Clone, Copy)]
-pub(super) struct Run {
-    to: usize,
-    from: usize,
-    n: usize,
-}
-
-/// Runs by the extent of a chunk on all axes but the first. Chunks at the end of an axis may be cut off.
-pub(super) type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
-
-/// The rows of an unpacked chunk from row `first` on, and their place within the rows of the array.
-pub(super) struct Unpacked<'r> {
-    first: usize,
-    to: usize,
-    runs: &'r [Run],
-    bytes: Vec<u8>,
-    /// True if all elements are the same.
-    uniform: bool,
-}
-
-/// Memory of chunks that are done, for the next ones of the same dataset: the heap has one lock for all threads.
-#[derive(Default)]
-pub(super) struct Spare(Mutex<Vec<Vec<u8>>>);
-
-impl Spare {
-    /// Memory without content for so many bytes; new if there is none.
-    fn take(&self, most: usize) -> Vec<u8> {
-        let spare = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut bytes = spare.filter(|bytes| bytes.capacity() >= most).unwrap_or_else(|| Vec::with_capacity(most));
-        bytes.clear();
-        bytes
-    }
-
-    /// Keep the memory of chunks.
-    pub(super) fn give<'r>(&self, done: impl IntoIterator<Item = Unpacked<'r>>) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(done.into_iter().map(|u| u.bytes));
-    }
+    last_alike: LastAlike,
 }
 
 /// What a file holds of a chunk.
@@ -90,16 +55,9 @@ enum Stored {
     /// Rows as they are, from this one on.
     Rows(Vec<u8>, usize),
     /// The whole chunk as stored, and the mask of the filters that were not applied.
-    Packed(Vec<u8>, u32),
+    Packed((Vec<u8>, u32)),
     /// The chunk was never written.
     Never,
-}
-
-impl Unpacked<'_> {
-    /// The bytes of every element of `size` bytes, if they are known to be the same.
-    pub(super) fn every(&self, size: usize) -> Option<&[u8]> {
-        self.bytes.get(..size).filter(|_| self.uniform)
-    }
 }
 
 impl<'a> Chunks<'a> {
@@ -128,7 +86,7 @@ impl<'a> Chunks<'a> {
         if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
             return Err(format!("chunks of {chunk:?} for the shape {shape:?}").into());
         }
-        Ok(Some(Self { dataset, pipeline, shape, chunk, size, located: None }))
+        Ok(Some(Self { dataset, pipeline, shape, chunk, size, located: None, last_alike: LastAlike::default() }))
     }
 
     /// A dataset without chunks: a run of rows is read as if it were one. `None` where it is not known where the values lie.
@@ -143,7 +101,8 @@ impl<'a> Chunks<'a> {
         let mut chunk = shape.clone();
         chunk[0] = (WITHOUT_CHUNKS / row).clamp(1, rows);
         // The library cannot read such a chunk, so that the places must be known.
-        let all = Self { dataset, pipeline: Pipeline::none(), shape, chunk, size, located: None }.located(0..rows);
+        let whole = Self { dataset, pipeline: Pipeline::none(), shape, chunk, size, located: None, last_alike: LastAlike::default() };
+        let all = whole.located(0..rows);
         Ok(all.located.is_some().then_some(all))
     }
 
@@ -234,17 +193,31 @@ impl<'a> Chunks<'a> {
         }
         let runs = runs.get(&reach).map_or(&[][..], |r| r);
         let length = self.length()?;
-        let (bytes, first) = match self.stored((first, column), &offset, (length, spare))? {
-            Stored::Rows(bytes, first) => (bytes, first),
-            Stored::Packed(raw, skipped) => {
-                let unpacked = self.pipeline.unpack((raw, skipped), (self.size, length), spare.take(length));
-                (unpacked.map_err(|e| format!("{e}, at {offset:?}"))?, first)
+        let whole = |content| Unpacked { first, rows: self.chunk[0], to, runs, content };
+        Ok(match self.stored((first, column), &offset, (length, spare))? {
+            Stored::Rows(bytes, first) => {
+                let rows = bytes.len() / self.wide();
+                Unpacked { first, rows, to, runs, content: Content::of(bytes, self.size, spare) }
             }
-            Stored::Never => (self.unwritten(&offset)?.into_iter().cycle().take(length).collect(), first),
-        };
-        // Weights and flags often are. The comparison ends at the first element that differs.
-        let uniform = bytes[self.size..] == bytes[..bytes.len() - self.size];
-        Ok(Unpacked { first, to, runs, bytes, uniform })
+            Stored::Packed(stored) => match self.last_alike.content(&stored) {
+                Some(content) => whole(content),
+                None => whole(self.unpack(stored, (length, spare)).map_err(|e| format!("{e}, at {offset:?}"))?),
+            },
+            Stored::Never => whole(Content::Every(self.unwritten(&offset)?)),
+        })
+    }
+
+    /// Undo the filters of a chunk of `length` bytes.
+    fn unpack(&self, stored: (Vec<u8>, u32), (length, spare): (usize, &Spare)) -> Result<Content, String> {
+        let bytes = self.pipeline.unpack((&stored.0, stored.1), (self.size, length), spare.take(length))?;
+        let content = Content::of(bytes, self.size, spare);
+        self.last_alike.note(stored, &content);
+        Ok(content)
+    }
+
+    /// Size of a row of an unpacked chunk, bytes.
+    fn wide(&self) -> usize {
+        self.chunk[1..].iter().product::<usize>() * self.size
     }
 
     /// What the file holds of the chunk of `length` bytes that begins at row `first` in a column of chunks.
@@ -254,7 +227,7 @@ impl<'a> Chunks<'a> {
         let n = stored_size(place.bytes.into(), length, offset)?;
         let unreadable = |e| format!("a chunk that cannot be read ({e}), at {offset:?}");
         if !self.pipeline.is_empty() {
-            return Ok(Stored::Packed(places.read(place.address, n, Vec::new()).map_err(unreadable)?, place.skipped));
+            return Ok(Stored::Packed((places.read(place.address, n, Vec::new()).map_err(unreadable)?, place.skipped)));
         }
         if n != length {
             return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
@@ -287,7 +260,7 @@ impl<'a> Chunks<'a> {
         }
         // SAFETY: the library has written as many bytes as it said before and after, which the memory holds. Zeros that are overwritten take time.
         unsafe { raw.set_len(stored) };
-        Ok(Stored::Packed(raw, skipped))
+        Ok(Stored::Packed((raw, skipped)))
     }
 
     /// The bytes of one element of a chunk that was never written: the fill value. The library gives it, because it can tell such a chunk from
@@ -305,9 +278,9 @@ impl<'a> Chunks<'a> {
 
     /// Ask the processor to load what a chunk holds of some rows into its cache.
     pub(super) fn ask_for(&self, from: &Unpacked<'_>, rows: &Range<usize>) {
-        let wide = self.chunk[1..].iter().product::<usize>() * self.size;
-        let at = |row: usize| (row.max(from.first) - from.first) * wide;
-        let bytes = from.bytes.get(at(rows.start)..at(rows.end).min(from.bytes.len())).unwrap_or_default();
+        let Content::Each(all) = &from.content else { return };
+        let at = |row: usize| (row.max(from.first) - from.first) * self.wide();
+        let bytes = all.get(at(rows.start)..at(rows.end).min(all.len())).unwrap_or_default();
         #[cfg(target_arch = "x86_64")]
         for line in bytes.chunks(LINE_BYTES) {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -321,12 +294,16 @@ impl<'a> Chunks<'a> {
     /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.
     pub(super) fn place(&self, from: &Unpacked<'_>, first: usize, (row, form): (usize, Form), out: &mut [u8]) {
         let end = first + out.len() / row;
-        let wide = self.chunk[1..].iter().product::<usize>() * self.size;
-        let rows = from.first.max(first)..(from.first + from.bytes.len() / wide).min(end);
+        let wide = self.wide();
+        let rows = from.first.max(first)..(from.first + from.rows).min(end);
         if rows.is_empty() {
             return;
         }
-        let source = &from.bytes[(rows.start - from.first) * wide..(rows.end - from.first) * wide];
+        let source = match &from.content {
+            Content::Each(all) => Cow::Borrowed(&all[(rows.start - from.first) * wide..(rows.end - from.first) * wide]),
+            Content::Every(element) => Cow::Owned(element.repeat(rows.len() * wide / self.size)),
+        };
+        let source = &source[..];
         let target = &mut out[(rows.start - first) * row..(rows.end - first) * row];
         if form == Form::Floats {
             let to = &mut target[from.to * self.size / 2..];
