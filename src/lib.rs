@@ -91,6 +91,7 @@ pub mod nearfield;
 mod pages;
 #[cfg(feature = "cli")]
 pub mod plot;
+mod processor;
 pub mod progress;
 pub mod random;
 pub mod sensor;

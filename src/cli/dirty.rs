@@ -15,6 +15,7 @@ use clap::Args;
 use ndarray::{ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 use serde_json::json;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Options of `dirty`.
@@ -84,9 +85,24 @@ fn farther(a: f32, b: f32) -> f32 {
     if b.abs() > a.abs() { b } else { a }
 }
 
-/// The value of a line of an image that is farthest from 0, and the sum of the squares.
+/// The value of a line of an image that is farthest from 0, and the sum of the squares. Several values are looked at together, because each would wait
+/// for the one before.
 fn peak_and_squares(line: ArrayView1<'_, f32>) -> (f32, f64) {
-    (line.iter().copied().fold(0.0, farther), line.iter().map(|v| f64::from(*v).powi(2)).sum())
+    const LANES: usize = 16;
+    let line = line.to_slice().map_or_else(|| Cow::Owned(line.to_vec()), Cow::Borrowed);
+    let (whole, rest) = line.as_chunks::<LANES>();
+    // Zeros change neither.
+    let mut last = [0.0; LANES];
+    last[..rest.len()].copy_from_slice(rest);
+    let (mut low, mut high, mut squares) = ([0.0_f32; LANES], [0.0_f32; LANES], [0.0_f64; LANES]);
+    for values in whole.iter().chain([&last]) {
+        for (k, v) in values.iter().enumerate() {
+            low[k] = low[k].min(*v);
+            high[k] = high[k].max(*v);
+            squares[k] += f64::from(*v).powi(2);
+        }
+    }
+    (high.into_iter().chain(low).fold(0.0, farther), squares.iter().sum())
 }
 
 impl Plan for DirtyArgs {

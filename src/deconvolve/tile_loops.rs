@@ -1,8 +1,7 @@
 //! The innermost loops of a tile of the residual: its peak, and the subtraction of components.
-//!
-//! They are compiled for any machine, for AVX2 and for AVX-512. Multiplication and subtraction are rounded one by one, so all give the same bytes.
 
 use super::minor::Component;
+use crate::processor::for_this_processor;
 use ndarray::ArcArray2;
 
 /// Side of a tile in pixels: 4 kB, so that a tile and the part of the beam over it fit into the first cache.
@@ -38,35 +37,6 @@ pub(super) struct Bounds<'a> {
     pub(super) values: &'a [f64],
     pub(super) columns: usize,
     pub(super) shift: (i64, i64),
-}
-
-/// A function with the loops of another one, compiled for the processor that runs it.
-macro_rules! for_this_processor {
-    ($(#[$doc:meta])+ $name:ident, $loops:ident($($arg:ident: $type:ty),+) $(-> $out:ty)?) => {
-        $(#[$doc])+
-        pub(super) fn $name($($arg: $type),+) $(-> $out)? {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx512f,avx512vl,avx2")]
-                fn widest($($arg: $type),+) $(-> $out)? {
-                    $loops($($arg),+)
-                }
-                #[target_feature(enable = "avx2")]
-                fn wide($($arg: $type),+) $(-> $out)? {
-                    $loops($($arg),+)
-                }
-                if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
-                    // SAFETY: the machine has just been found to have AVX-512, and with it AVX2.
-                    return unsafe { widest($($arg),+) };
-                }
-                if is_x86_feature_detected!("avx2") {
-                    // SAFETY: the machine has just been found to have AVX2.
-                    return unsafe { wide($($arg),+) };
-                }
-            }
-            $loops($($arg),+)
-        }
-    };
 }
 
 for_this_processor!(

@@ -10,6 +10,8 @@ const FEW: usize = 1 << 16;
 const MANY: usize = 1 << 24;
 /// Most values near the median that are copied out of each [`FEW`] values.
 const MOST_FOUND: usize = FEW / 4;
+/// Values that are compared with a range at once.
+const AT_ONCE: usize = 8;
 /// Number of values that show where the median lies. More of them show it more narrowly in a long list.
 const SAMPLE: usize = 4096;
 
@@ -84,17 +86,28 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
 
 /// The values in a range, and how many lie below it. `None` where there are too many.
 fn within<P: Copy + Sync>(values: &[P], f: impl Fn(&P) -> f64 + Sync, (low, high): (f64, f64)) -> Option<(Vec<f64>, usize)> {
+    let inside = |v: f64| (v >= low) & (v <= high);
     let of_part = |part: &[P]| {
-        // Every value is written, and the place goes on behind those in the range: a branch that nobody can predict would take longer.
-        let mut room = vec![0.0; MOST_FOUND + 1];
-        let (mut found, mut below) = (0, 0);
-        for v in part.iter().map(&f) {
-            room[found.min(MOST_FOUND)] = v;
-            found += usize::from((v >= low) & (v <= high));
-            below += usize::from(v < low);
+        let (mut found, mut below) = (Vec::new(), 0);
+        let (whole, rest) = part.as_chunks::<AT_ONCE>();
+        // Few values lie in the range. A look at several at once takes a fraction of the time of one after the other.
+        for few in whole {
+            let (mut any, mut less) = (false, 0);
+            for v in few {
+                any |= inside(f(v));
+                less += u64::from(f(v) < low);
+            }
+            below += less as usize;
+            if any {
+                found.extend(few.iter().map(&f).filter(|v| inside(*v)));
+                if found.len() > MOST_FOUND {
+                    return None;
+                }
+            }
         }
-        room.truncate(found);
-        (found <= MOST_FOUND).then_some((room, below))
+        found.extend(rest.iter().map(&f).filter(|v| inside(*v)));
+        below += rest.iter().filter(|v| f(v) < low).count();
+        (found.len() <= MOST_FOUND).then_some((found, below))
     };
     let parts: Option<Vec<_>> = values.par_chunks(FEW).map(of_part).collect();
     let parts = parts?;

@@ -217,7 +217,18 @@ fn put((parts, rows): (&NodeParts<'_, f32>, Range<usize>), (vis, weights): (&[Co
             *out = v.scale(*w * inverse);
         }
     });
-    weights.iter().fold(0.0_f32, |most, w| most.max(*w)) * inverse
+    largest(weights) * inverse
+}
+
+/// The largest of these weights; 0 without any.
+fn largest(weights: &[f32]) -> f32 {
+    const LANES: usize = 16;
+    let (whole, rest) = weights.as_chunks::<LANES>();
+    let mut most = [0.0_f32; LANES];
+    for weights in whole {
+        most.iter_mut().zip(weights).for_each(|(most, w)| *most = most.max(*w));
+    }
+    most.iter().chain(rest).fold(0.0, |most, w| most.max(*w))
 }
 
 /// The largest power of two that is not above a weight, so that weights over it are near 1. Its inverse has an exact value in single precision.

@@ -1,5 +1,6 @@
 //! Combines the polarisation products of a set into the product that is imaged.
 
+use crate::processor::for_this_processor;
 use crate::{ChainError, Result};
 use cittert_arrays::feeds::{Feeds, stokes_terms};
 use cittert_arrays::{Polarization, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader};
@@ -328,8 +329,13 @@ fn autocorrelation((vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts 
     DataCounts { total, autocorrelations: total, ..DataCounts::default() }
 }
 
-/// Combine a row of which every value is used, with real coefficients. The result is false, and the output has no meaning, for any other row.
-fn whole_row(terms: &[(usize, Complex32)], row: RowValues<'_>, unit: bool, out: (&mut [Complex32], &mut [f32])) -> bool {
+for_this_processor!(
+    /// Combine a row of which every value is used, with real coefficients. The result is false, and the output has no meaning, for any other row.
+    whole_row, whole_row_loops(terms: &[(usize, Complex32)], row: RowValues<'_>, unit: bool, out: (&mut [Complex32], &mut [f32])) -> bool
+);
+
+#[inline(always)]
+fn whole_row_loops(terms: &[(usize, Complex32)], row: RowValues<'_>, unit: bool, out: (&mut [Complex32], &mut [f32])) -> bool {
     let n_pol = row.vis.len() / out.0.len().max(1);
     let shaped = [row.vis.len(), row.weights.len(), row.flags.len()].iter().all(|n| *n == n_pol * out.0.len());
     if !shaped || out.0.len() != out.1.len() || row.flags.iter().fold(false, |any, f| any | f) {
@@ -346,6 +352,7 @@ fn whole_row(terms: &[(usize, Complex32)], row: RowValues<'_>, unit: bool, out: 
 }
 
 /// [`whole_row`] of one or two terms, of `N` products.
+#[inline(always)]
 fn whole<const N: usize>(
     [(a, ca), (b, cb)]: [(usize, Complex32); 2],
     terms: usize,

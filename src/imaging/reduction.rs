@@ -111,6 +111,8 @@ impl Reduction {
         let places = memory.1.chunks_mut(of_part).map(place).map(Mutex::new);
         let (mut places, common): (Vec<_>, _) = (places.collect(), Common::new());
         let counts = Mutex::new(DataCounts::default());
+        // Working memory of the threads.
+        let spare: Mutex<Vec<(Vec<Complex32>, Vec<f32>)>> = Mutex::default();
         let take = |part: RowPart<'_>| {
             let Some(place) = places.get(part.rows.start / step) else { return };
             let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
@@ -118,26 +120,26 @@ impl Reduction {
             let n = part.vis.len() / part.rows.len().max(1);
             let (memory, weights) = place.get();
             // Values that are taken stay in the cache until then.
+            let (mut own_vis, mut own_weights) = spare.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default();
             let of_taken = if taken.is_some() { part.rows.len() * chans } else { 0 };
-            let (mut own_vis, mut own_weights) = (vec![Complex32::default(); of_taken], Vec::with_capacity(of_taken));
+            own_vis.resize(of_taken, Complex32::default());
+            own_weights.resize(of_taken.max(chans), 0.0);
             let vis = if taken.is_some() { &mut own_vis[..] } else { &mut memory[first * chans..] };
             let mut sum = DataCounts::default();
-            let mut row = vec![0.0; chans];
             for ((k, r), vis) in part.rows.clone().enumerate().zip(vis.chunks_exact_mut(chans.max(1))) {
                 let at = k * n..(k + 1) * n;
                 let values = RowValues { vis: &part.vis[at.clone()], weights: &part.weights[at.clone()], flags: &part.flags[at] };
                 let own = own.as_ref().map(|own| &own[r]);
-                sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (vis, &mut row)));
+                let row = if taken.is_some() { &mut own_weights[k * chans..(k + 1) * chans] } else { &mut own_weights[..] };
+                sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (vis, row)));
                 self.turn(coverage.uvw_m.row(r), vis);
-                weights.set(first + k, &row, &common);
-                if taken.is_some() {
-                    own_weights.extend_from_slice(&row);
-                }
+                weights.set(first + k, row, &common);
             }
             drop(place);
             if let Some(take) = taken {
                 take(part.rows, &own_vis, &own_weights);
             }
+            spare.lock().unwrap_or_else(PoisonError::into_inner).push((own_vis, own_weights));
             let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
             *counts = counts.plus(sum);
         };

@@ -1,5 +1,6 @@
 //! Weights of the rows of a block. Where all rows have the same, as most simulated data do, one row is held.
 
+use bytemuck::cast_slice;
 use ndarray::{Array1, Array2, ArrayView2, Axis};
 use std::mem::MaybeUninit;
 use std::sync::OnceLock;
@@ -55,7 +56,8 @@ impl<'a> PlaceOfWeights<'a> {
 
     /// Set the weights of a row of this place.
     pub(super) fn set(&mut self, row: usize, weights: &[f32], common: &Common) {
-        let same = common.get_or_init(|| weights.to_vec()) == weights;
+        // Bytes are compared many at once.
+        let same = cast_slice::<f32, u8>(common.get_or_init(|| weights.to_vec())) == cast_slice::<f32, u8>(weights);
         if same && !self.written {
             return;
         }

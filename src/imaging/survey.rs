@@ -5,11 +5,14 @@ use super::reduction::ReducedBlock;
 use super::total_power::TotalPower;
 use crate::fourier::UvwExtent;
 use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S};
-use ndarray::Axis;
+use ndarray::{ArrayView1, Axis};
 use rayon::prelude::*;
 
 /// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
 const OCTAVES: usize = 48;
+
+/// How the exponent of 1 is stored in a number of double precision.
+const EXPONENT_OF_ONE: usize = 1023;
 
 /// Weights of the rows that are measured together on one thread.
 const VALUES: usize = 1 << 16;
@@ -50,7 +53,9 @@ impl Survey {
     /// Note the length of a projected baseline, m over the speed of light, in a band, Hz.
     pub(super) fn see(&mut self, length: f64, (low_hz, high_hz): (f64, f64)) {
         self.uv_range_wl = (self.uv_range_wl.0.min(length * low_hz), self.uv_range_wl.1.max(length * high_hz));
-        let octave = (length * low_hz).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
+        // The exponent of a number is its logarithm to base 2, rounded down.
+        let exponent = ((length * low_hz).to_bits() >> 52 & 0x7ff) as usize;
+        let octave = exponent.saturating_sub(EXPONENT_OF_ONE).min(OCTAVES - 1);
         let shortest = &mut self.shortest_by_octave_wl[octave];
         *shortest = shortest.min(length * low_hz);
     }
@@ -59,15 +64,23 @@ impl Survey {
     pub(super) fn measure(&mut self, rows: &ReducedBlock, band_hz: (f64, f64)) {
         let weight = rows.weight.view();
         let n_chan = weight.ncols();
+        let any = |weights: ArrayView1<'_, f32>| weights.iter().any(|w| *w > 0.0);
+        // Where all rows have the same weights, they are summed at once.
+        let same = rows.weight.of_every_row().map(|row| (row, any(row.view())));
         let step = (VALUES / n_chan.max(1)).max(1);
         let parts = rows.uvw_m.axis_chunks_iter(Axis(0), step).into_par_iter().zip(weight.axis_chunks_iter(Axis(0), step));
         let parts = parts.map(|(uvw_m, weight)| {
             let mut part = Self::new(n_chan, TotalPower::default());
             for (uvw, weights) in uvw_m.rows().into_iter().zip(weight.rows()) {
-                if weights.iter().any(|w| *w > 0.0) {
+                if same.map_or_else(|| any(weights), |(_, used)| used) {
                     part.see((uvw[0] * uvw[0] + uvw[1] * uvw[1]).sqrt() / SPEED_OF_LIGHT_M_S, band_hz);
-                    weights.iter().zip(&mut part.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
+                    if same.is_none() {
+                        weights.iter().zip(&mut part.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
+                    }
                 }
+            }
+            if let Some((row, true)) = same {
+                part.channel_weight = row.iter().map(|w| f64::from(*w) * uvw_m.nrows() as f64).collect();
             }
             part
         });

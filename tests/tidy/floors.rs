@@ -17,7 +17,7 @@ const FLOORS: &[&[&str]] = &[
     &["closure", "fidelity", "misfit", "nearfield"],
     &["fourier", "lbfgs", "linalg"],
     &["values", "memory", "pages"],
-    &["progress", "error", "random", "finite"],
+    &["progress", "error", "random", "finite", "processor"],
 ];
 
 /// The floor of a module, counted from the top.
