@@ -26,6 +26,8 @@ const LEAST_FLUX: f64 = 0.8;
 /// Factor by which a source is brighter at zero spacing than on the shortest baselines, above which the baselines miss much of it.
 const MISSED: f64 = 1.5;
 
+/// Amplitudes of antennas are named where they explain at least this part of what the image leaves. Their samples may then stand out like interference.
+const AMPLITUDES: f64 = 0.5;
 /// A spectral index is named where it explains at least this part of what the image leaves.
 const SPECTRAL: f64 = 0.2;
 
@@ -36,7 +38,18 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
     let mut all = Vec::new();
     let poor = if r.noise_known { r.mean > CHI2 && r.unexplained > LIMITED } else { r.unexplained > UNEXPLAINED };
     // Without noise a good fit leaves residuals that differ much from sample to sample, and all of them are small.
-    if r.outliers > INTERFERENCE && (r.noise_known || r.unexplained > DAMAGED) {
+    let outliers = r.outliers > INTERFERENCE && (r.noise_known || r.unexplained > DAMAGED);
+    let amplitudes = (poor || outliers) && r.amplitudes.share > AMPLITUDES;
+    if amplitudes {
+        let says = format!(
+            "{:.0} % of what the image leaves are amplitudes of antennas, which vary by {:.1} %",
+            100.0 * r.amplitudes.share.min(1.0),
+            100.0 * r.amplitudes.sigma
+        );
+        let next = "solve for the amplitudes too: selfcal --mode amp-phase; if it solved for them, give a shorter --solint";
+        all.push(Finding::new("amplitudes", says, next));
+    }
+    if outliers && !amplitudes {
         let says = format!(
             "{:.2} % of the visibilities lie more than {:.0} times as far from the model as the others of the same baselines: interference, or damaged \
              records",

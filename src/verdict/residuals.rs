@@ -1,5 +1,6 @@
 //! The residual visibilities of a fit, and how they are distributed over antennas and samples.
 
+use super::amplitudes::Amplitudes;
 use super::samples::{Sample, Samples, look, rows_looked_at};
 use crate::Result;
 use crate::calibrate::ModelVisibilities;
@@ -44,6 +45,8 @@ pub struct Residuals {
     pub decay: (f64, f64),
     /// What one spectral index of all sources explains of the residuals.
     pub spectrum: Spectrum,
+    /// What amplitudes of the antennas explain of the residuals.
+    pub amplitudes: Amplitudes,
 }
 
 /// The spectral index of a model whose fluxes are those of the middle of the band, as the residuals tell it: V - M = index M (nu - nu0) / nu0.
@@ -120,6 +123,7 @@ impl Residuals {
             shortest,
             decay,
             spectrum,
+            amplitudes: Amplitudes::of(samples, misfit - floor),
         }
     }
 }

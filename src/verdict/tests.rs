@@ -1,5 +1,5 @@
 use super::residuals::Residuals;
-use super::{CrossCheck, ImageFacts, Levels, look_outside, of_image, of_pedestal, of_residuals};
+use super::{Amplitudes, CrossCheck, ImageFacts, Levels, look_outside, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
 use crate::deconvolve::CleanOptions;
 use crate::fixtures::{Noise, in_processes, positions, snapshot, swap_antennas};
@@ -8,8 +8,8 @@ use crate::progress::Silent;
 use crate::simulate::{SimulateOptions, Simulator, SkyModel};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
-    BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, Source, SourceShape, SpectralWindow, VisUnit, VisibilitySet,
-    VisibilitySource,
+    BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, Source, SourceShape, SpectralWindow, VisUnit, VisibilityBlock,
+    VisibilitySet, VisibilitySource,
 };
 use ndarray::Array4;
 use num_complex::Complex32;
@@ -88,6 +88,27 @@ fn interference_and_swapped_antennas_are_named() {
     let findings = of_residuals(&r, &|k| format!("a{k}"), Some(1.0));
     let told = findings.iter().find(|f| f.name == "antennas").unwrap();
     assert!(told.says.contains("a3") && told.says.contains("a11") && !told.says.contains("a4"), "{told:?}");
+}
+
+/// Wrong amplitudes are told from interference, and from a source of another flux.
+#[test]
+fn amplitudes_of_antennas_are_named() {
+    let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
+    let mut set = observed(&[POINT]);
+    let gain = |antenna: u32| if antenna.is_multiple_of(2) { 1.2 } else { 0.8 };
+    let VisibilityBlock { vis, coverage, .. } = &mut set.data;
+    for ((mut row, p), q) in vis.outer_iter_mut().zip(&coverage.ant1).zip(&coverage.ant2) {
+        row.mapv_inplace(|v| v * gain(*p) * gain(*q));
+    }
+    assert_eq!(names(&mut set, &mut model, 1.0)[..2], ["amplitudes", "chi_squared"]);
+    let faint = names(&mut observed(&[POINT]), &mut PointModel { flux: 0.6 * POINT.2, ..model }, 0.6);
+    assert!(!faint.contains(&"amplitudes"), "{faint:?}");
+    // Small errors of some integrations leave little, and stand out.
+    let good = Residuals::measure(&mut observed(&[POINT]), &mut model).unwrap().unwrap();
+    for (share, name) in [(0.8, "amplitudes"), (0.1, "interference")] {
+        let r = Residuals { outliers: 0.002, amplitudes: Amplitudes { share, sigma: 0.03 }, ..good.clone() };
+        assert_eq!(of_residuals(&r, &|k| format!("a{k}"), Some(1.0)).iter().map(|f| f.name).collect::<Vec<_>>(), [name]);
+    }
 }
 
 /// What an image lacks may leave most on long baselines, which only the outer antennas have. They are not accused of it; of what they have done they are.
