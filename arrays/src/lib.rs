@@ -77,7 +77,7 @@ pub use part::Part;
 pub use pattern::ElementPattern;
 pub use phase_center::{PhaseCenter, PhaseCenterKind};
 pub use polarization::Polarization;
-pub use ranks::{Alone, Gifts, Ranks, Underway, place_among};
+pub use ranks::{Alone, Letters, Ranks, Underway, place_among};
 pub use sources::{Source, SourcePosition, SourceShape};
 pub use spectrum::SpectralWindow;
 pub use stream::{PartSource, RowPart, VisibilitySink, VisibilitySource, for_each_block, rows_of_block};

@@ -37,21 +37,24 @@ pub trait Ranks: Send + Sync {
         all.copy_from_slice(own);
     }
 
-    /// Begin to give each process the words of its place in `gifts`, of which each has at most 2^31. They travel while this process goes on; [`Ranks::got`] ends the trade.
-    /// Several trades that have begun end in the order in which they began.
-    fn give(&self, mut gifts: Vec<Vec<u64>>) -> Gifts {
-        let own = gifts.get_mut(self.rank()).map(std::mem::take).unwrap_or_default();
-        for (to, words) in gifts.iter().enumerate().filter(|(to, _)| *to != self.rank()) {
-            self.send(to, &words.iter().flat_map(|word| word.to_ne_bytes()).collect::<Vec<u8>>());
+    /// Begin to give each process its letter, of at most 2^31 words. The letters travel while this process goes on. Each process takes as many, by [`Ranks::got`], in the order in
+    /// which they were given.
+    fn give(&self, letters: Letters) -> Box<dyn Underway> {
+        for to in (0..self.size()).filter(|to| *to != self.rank()) {
+            self.send(to, bytemuck::cast_slice(letters.of(to)));
         }
-        Gifts { own, underway: None }
+        Box::new(letters)
     }
 
-    /// End a trade: what every process gives to this one, in the order of their numbers.
-    fn got(&self, mut gifts: Gifts) -> Vec<Vec<u64>> {
-        let words = |bytes: Vec<u8>| bytes.as_chunks().0.iter().map(|word| u64::from_ne_bytes(*word)).collect();
-        let of = |from: usize| if from == self.rank() { std::mem::take(&mut gifts.own) } else { words(self.awaited(from)) };
-        (0..self.size()).map(of).collect()
+    /// Take the next letter of every other process. That of this one is empty: it is among those that it gave.
+    fn got(&self, inbox: &mut Letters) {
+        let of = |from: usize| if from == self.rank() { Vec::new() } else { self.awaited(from) };
+        let all: Vec<Vec<u8>> = (0..self.size()).map(of).collect();
+        inbox.set_lengths(all.iter().map(|bytes| bytes.len() / size_of::<u64>()));
+        for (bytes, words) in all.iter().zip(inbox.each_mut()) {
+            let place: &mut [u8] = bytemuck::cast_slice_mut(words);
+            place.copy_from_slice(&bytes[..place.len()]);
+        }
     }
 
     /// Send a message to another process, which must take or await it. Messages between two processes keep their order.
@@ -68,24 +71,66 @@ pub trait Ranks: Send + Sync {
     }
 }
 
-/// What a process gives in a trade that has begun.
-pub struct Gifts {
-    /// What it keeps for itself.
-    pub own: Vec<u64>,
-    /// What is on its way to others.
-    pub underway: Option<Box<dyn Underway>>,
+/// A letter for each process, or of each, in the order of their numbers. The letters lie in memory that serves for others later.
+#[derive(Debug, Default)]
+pub struct Letters {
+    words: Vec<u64>,
+    /// Where each letter ends.
+    ends: Vec<usize>,
 }
 
-impl std::fmt::Debug for Gifts {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Gifts").field("own", &self.own.len()).finish_non_exhaustive()
+impl Letters {
+    /// Make these letters of so many words, whatever they say.
+    pub fn set_lengths(&mut self, lengths: impl Iterator<Item = usize>) {
+        self.ends.clear();
+        self.ends.extend(lengths.scan(0, |end, n| {
+            *end += n;
+            Some(*end)
+        }));
+        let all = self.ends.last().copied().unwrap_or(0);
+        if all > self.words.len() {
+            // What the memory held is not needed. The next letters may be a little longer.
+            self.words = Vec::new();
+            self.words.resize(all + all / 16, 0);
+        }
+    }
+
+    /// The letter for a process, or of it.
+    #[must_use]
+    pub fn of(&self, process: usize) -> &[u64] {
+        let start = if process == 0 { 0 } else { self.ends[process - 1] };
+        &self.words[start..self.ends[process]]
+    }
+
+    /// The letters, to be written.
+    pub fn each_mut(&mut self) -> impl Iterator<Item = &mut [u64]> {
+        let mut rest = &mut self.words[..];
+        let mut start = 0;
+        self.ends.iter().map(move |end| {
+            let (letter, others) = std::mem::take(&mut rest).split_at_mut(end - start);
+            (rest, start) = (others, *end);
+            letter
+        })
     }
 }
 
-/// Messages that are on their way.
-pub trait Underway: Send {
-    /// Wait until they have left this process.
-    fn wait(self: Box<Self>);
+/// Letters that are on their way.
+pub trait Underway: Send + std::fmt::Debug {
+    /// What they say.
+    fn letters(&self) -> &Letters;
+
+    /// Wait until they have left this process, and give their memory back.
+    fn back(self: Box<Self>) -> Letters;
+}
+
+impl Underway for Letters {
+    fn letters(&self) -> &Letters {
+        self
+    }
+
+    fn back(self: Box<Self>) -> Letters {
+        *self
+    }
 }
 
 /// Where the items of a process stand among those of all: the number of the first, and how many all processes have. `own` is how many this one has; the

@@ -137,10 +137,15 @@ pub struct NodeParts<'n, T: Real> {
     places: Vec<Mutex<Vec<Piece<'n, T>>>>,
 }
 
-impl<T: Real> NodeParts<'_, T> {
+/// The nodes of the rows of a block in parts of rows.
+pub trait SetNodes<T: Real>: Sync {
     /// Set the nodes of rows that lie between two multiples of the step. `values` writes the weighted visibilities of a row, counted from the first of
     /// these, into a slice \[chan\].
-    pub fn set(&self, rows: Range<usize>, values: impl Fn(usize, &mut [Complex<T>])) {
+    fn set(&self, rows: Range<usize>, values: impl Fn(usize, &mut [Complex<T>]));
+}
+
+impl<T: Real> SetNodes<T> for NodeParts<'_, T> {
+    fn set(&self, rows: Range<usize>, values: impl Fn(usize, &mut [Complex<T>])) {
         let Some(place) = self.places.get(rows.start / self.step) else { return };
         let (mut vis, mut parts) = (vec![Complex::new(T::default(), T::default()); self.plan.n_chan()], Vec::new());
         for piece in place.lock().unwrap_or_else(PoisonError::into_inner).iter_mut() {

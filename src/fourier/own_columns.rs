@@ -4,7 +4,7 @@ use super::fft::{BLOCK, columns_to_image, used_rows};
 use super::plan::Plan;
 use super::plane_rows::TILE;
 use super::real::Real;
-use cittert_arrays::Ranks;
+use cittert_arrays::{Letters, Ranks};
 use ndarray::{Array2, s};
 use num_complex::{Complex, Complex64};
 use std::ops::Range;
@@ -83,21 +83,28 @@ impl<T: Real> OwnColumns<T> {
         self.stripes.resize_with(plan.tiles_v(), Vec::new);
         let lines: Vec<usize> = of_each.iter().map(|of| of.map_or(0, |(_, rows)| rows * planes)).collect();
         let at_once = lines_at_once::<T>(n_l);
+        let (mut given, mut inbox) = (Letters::default(), Letters::default());
         for first in (0..lines.iter().copied().max().unwrap_or(0)).step_by(at_once) {
             let now = |process: usize| first.min(lines[process])..(first + at_once).min(lines[process]);
             let mine = &stripe[now(self.rank).start * n_l..now(self.rank).end * n_l];
-            let to = |columns: &Range<usize>| {
-                let lines = mine.chunks_exact(n_l).map(|line| bytemuck::cast_slice(&line[columns.clone()]));
-                lines.collect::<Vec<&[u64]>>().concat()
-            };
-            let got = ranks.got(ranks.give(self.columns.iter().map(to).collect()));
-            for ((process, of), from_it) in of_each.iter().enumerate().zip(&got) {
+            given.set_lengths(
+                self.columns.iter().map(|columns| now(self.rank).len() * columns.len() * size_of::<Complex<T>>() / size_of::<u64>()),
+            );
+            for (columns, letter) in self.columns.iter().zip(given.each_mut()) {
+                let places = bytemuck::cast_slice_mut(letter).chunks_exact_mut(columns.len().max(1));
+                mine.chunks_exact(n_l).zip(places).for_each(|(line, place)| place.copy_from_slice(&line[columns.clone()]));
+            }
+            let underway = ranks.give(given);
+            ranks.got(&mut inbox);
+            for (process, of) in of_each.iter().enumerate() {
                 let (Some((s, _)), here) = (of, now(process)) else { continue };
+                let from_it = if process == self.rank { underway.letters() } else { &inbox }.of(process);
                 let kept = &mut self.stripes[*s];
                 kept.resize(used_rows(plan, *s) * planes * own.len(), Complex::new(T::default(), T::default()));
                 let places = &mut kept[here.start * own.len()..here.end * own.len()];
                 places.iter_mut().zip(bytemuck::cast_slice::<u64, Complex<T>>(from_it)).for_each(|(sum, v)| *sum += v);
             }
+            given = underway.back();
         }
     }
 

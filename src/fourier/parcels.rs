@@ -3,7 +3,7 @@
 //! The nodes of a row are cut where their tiles belong to another process. Each part travels with the place of its row, so that the process that gets it can
 //! sort it as if it had read the row itself. Messages consist of words of 8 bytes, so that their nodes are gridded where they lie.
 
-use super::nodes::Nodes;
+use super::letter_parts::LetterParts;
 use super::owners::Owners;
 use super::plan::Plan;
 use super::real::{Real, fused};
@@ -11,10 +11,11 @@ use super::sort::{Chunk, Row, Span, tile_of};
 use super::sorted_rows::{FoldedRows, MOST_CHUNKS, SortedRows};
 use crate::{ChainError, Result, ensure};
 use bytemuck::{Pod, Zeroable, cast_slice, cast_slice_mut};
-use cittert_arrays::{Gifts, Ranks};
+use cittert_arrays::Letters;
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Some nodes of a row.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -40,23 +41,15 @@ const fn node<T>() -> usize {
 /// Fewest parts of a chunk that is not the last of its message.
 const LEAST: usize = 256;
 
-/// Rows that are folded, their nodes, and by what these are multiplied first.
-pub type Given<T> = (FoldedRows, Nodes<T>, T);
-
 /// The rows and nodes that a process grids: its own, and those that it got from others.
-pub(super) struct Traded {
+pub(super) struct Traded<'a, T> {
     pub(super) rows: SortedRows,
-    /// The messages of all processes, and where the nodes of each chunk lie in them.
-    messages: Vec<Vec<u64>>,
-    places: Vec<(usize, Range<usize>)>,
+    /// The nodes of each chunk.
+    pub(super) nodes: Vec<&'a [Complex<T>]>,
 }
 
-impl Traded {
-    /// The nodes of each chunk.
-    pub(super) fn nodes<T: Real>(&self) -> Vec<&[Complex<T>]> {
-        self.places.iter().map(|(from, at)| cast_slice(&self.messages[*from][at.clone()])).collect()
-    }
-}
+/// Some parts of a letter, and their nodes.
+type Piece<'a, T> = (&'a [Part], &'a [Complex<T>]);
 
 /// The nodes of the rows of a chunk that each process grids.
 #[inline(always)]
@@ -113,80 +106,112 @@ fn spans<T: Real>(plan: &Plan<T>, owners: &Owners, chunk: &Chunk) -> Vec<Vec<Spa
     spans_of_each(plan, owners, chunk)
 }
 
-/// Begin to give the nodes of folded rows to the processes that own their tiles; this one gives itself a message too. All processes call it as often. One that has no
-/// rows left gives none.
-///
-/// # Errors
-/// The nodes are those of other rows.
-pub(super) fn give<T: Real>(plan: &Plan<T>, owners: &Owners, given: Option<Given<T>>, ranks: &dyn Ranks) -> Result<Gifts> {
-    let Some((rows, mut nodes, factor)) = given else { return Ok(ranks.give(vec![Vec::new(); owners.size()])) };
-    nodes.check(plan, &rows)?;
-    if factor != T::one() {
-        nodes.chunks.par_iter_mut().flatten().for_each(|v| *v = v.scale(factor));
-    }
-    let of_each: Vec<Vec<Vec<Span>>> = rows.chunks.par_iter().map(|chunk| spans(plan, owners, chunk)).collect();
-    let message = |process: usize| message((&rows.chunks, &nodes.chunks), &of_each, process);
-    Ok(ranks.give((0..owners.size()).map(message).collect()))
+/// Letters for the nodes of folded rows, to the processes that own their tiles; this one has a letter for itself too. Nodes are written where they lie in the
+/// letters, so that they need no other memory.
+#[derive(Debug)]
+pub struct OpenLetters<T: Real> {
+    plan: Arc<Plan<T>>,
+    rows: FoldedRows,
+    /// Of each chunk, the nodes of its rows that each process grids.
+    spans: Vec<Vec<Vec<Span>>>,
+    pub(super) letters: Letters,
 }
 
-/// Get the nodes of the tiles of this process.
+impl<T: Real> OpenLetters<T> {
+    /// Letters in the memory of others that have arrived. The nodes have any value.
+    ///
+    /// # Errors
+    /// The rows were folded by another transform.
+    pub(super) fn new(plan: Arc<Plan<T>>, owners: &Owners, rows: FoldedRows, mut letters: Letters) -> Result<Self> {
+        rows.check(&plan)?;
+        let spans: Vec<Vec<Vec<Span>>> = rows.chunks.par_iter().map(|chunk| self::spans(&plan, owners, chunk)).collect();
+        let of = |process: usize| spans.iter().map(move |of_chunk| &of_chunk[process][..]);
+        letters.set_lengths((0..owners.size()).map(|process| words::<T>(of(process))));
+        for (process, letter) in letters.each_mut().enumerate() {
+            write_parts::<T>(&rows.chunks, &of(process).collect::<Vec<_>>(), letter);
+        }
+        Ok(Self { plan, rows, spans, letters })
+    }
+
+    /// The nodes in parts of `step` rows, which may be set in any order and on any thread.
+    pub fn in_parts(&mut self, step: usize) -> LetterParts<'_, T> {
+        let mut rest: Vec<&mut [Complex<T>]> = self.letters.each_mut().map(|letter| nodes_mut(letter)).collect();
+        let nodes_of = |of_chunk: &Vec<Vec<Span>>| {
+            let taken = rest.iter_mut().zip(of_chunk).map(|(rest, spans)| rest.split_off_mut(..n_nodes(spans)).unwrap_or_default());
+            taken.collect::<Vec<_>>()
+        };
+        let nodes = self.spans.iter().map(nodes_of).collect();
+        LetterParts::new(&self.plan, (&self.rows.chunks, &self.spans), nodes, step)
+    }
+
+    /// Multiply the nodes.
+    pub(super) fn scale(&mut self, factor: T) {
+        let of_letters: Vec<&mut [Complex<T>]> = self.letters.each_mut().map(|letter| nodes_mut(letter)).collect();
+        of_letters.into_par_iter().flatten().for_each(|v| *v = v.scale(factor));
+    }
+}
+
+/// The nodes of a letter whose parts have been written.
+fn nodes_mut<T: Real>(letter: &mut [u64]) -> &mut [Complex<T>] {
+    let n_parts = letter[0] as usize;
+    cast_slice_mut(&mut letter[COUNTS + n_parts * PART..])
+}
+
+/// The nodes of the tiles of this process, from the letters that it gave and those that it got.
 ///
 /// # Errors
-/// A message is damaged.
-pub(super) fn got<T: Real>(plan: &Plan<T>, gifts: Gifts, ranks: &dyn Ranks) -> Result<Traded> {
-    let messages = ranks.got(gifts);
-    let (mut pieces, mut places) = (Vec::new(), Vec::new());
-    for (from, words) in messages.iter().enumerate() {
-        for (parts, nodes) in pieces_of::<T>(words, MOST_CHUNKS.div_ceil(messages.len()))? {
+/// A letter is damaged.
+pub(super) fn traded<'a, T: Real>(plan: &Plan<T>, (given, got): (&'a Letters, &'a Letters), owners: &Owners) -> Result<Traded<'a, T>> {
+    let (mut pieces, mut nodes) = (Vec::new(), Vec::new());
+    for from in 0..owners.size() {
+        let letter = if from == owners.rank() { given } else { got }.of(from);
+        for (parts, of_parts) in pieces_of(letter, MOST_CHUNKS.div_ceil(owners.size()))? {
             pieces.push(parts);
-            places.push((from, nodes));
+            nodes.push(of_parts);
         }
     }
     let made = pieces.par_iter().map(|parts| chunk_of(plan, parts)).collect::<Result<Vec<_>>>()?;
-    Ok(Traded { rows: SortedRows::of_chunks(plan, made), messages, places })
+    Ok(Traded { rows: SortedRows::of_chunks(plan, made), nodes })
 }
 
-/// What this process gives to one, in words.
-fn message<T: Real>((chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]), of_each: &[Vec<Vec<Span>>], process: usize) -> Vec<u64> {
-    let n_nodes = |spans: &[Span]| spans.iter().map(Span::n_nodes).sum::<usize>();
-    let spans = || of_each.iter().map(|of_chunk| &of_chunk[process]);
-    let (n_parts, n_all) = (spans().map(Vec::len).sum::<usize>(), spans().map(|s| n_nodes(s)).sum::<usize>());
-    let mut all = vec![0; COUNTS + n_parts * PART + n_all * node::<T>()];
-    let mut rest = &mut all[..];
-    let mut take = |n: usize| rest.split_off_mut(..n).unwrap_or_default();
-    take(COUNTS).copy_from_slice(&[n_parts as u64, n_all as u64]);
-    let parts: Vec<&mut [u64]> = spans().map(|spans| take(spans.len() * PART)).collect();
-    let node_places: Vec<&mut [u64]> = spans().map(|spans| take(n_nodes(spans) * node::<T>())).collect();
-    let sources: Vec<_> = chunks.iter().zip(nodes).zip(spans()).collect();
-    sources.into_par_iter().zip(parts).zip(node_places).for_each(|((((chunk, nodes), spans), parts), mut to)| {
-        for (span, part) in spans.iter().zip(cast_slice_mut::<u64, Part>(parts)) {
+fn n_nodes(spans: &[Span]) -> usize {
+    spans.iter().map(Span::n_nodes).sum()
+}
+
+/// The length of a letter with these spans of each chunk, words.
+fn words<'s, T>(spans: impl Iterator<Item = &'s [Span]>) -> usize {
+    COUNTS + spans.map(|spans| spans.len() * PART + n_nodes(spans) * node::<T>()).sum::<usize>()
+}
+
+/// Write a letter with these spans of each chunk, but for its nodes.
+fn write_parts<T>(chunks: &[Chunk], spans: &[&[Span]], letter: &mut [u64]) {
+    let n_parts = spans.iter().map(|spans| spans.len()).sum::<usize>();
+    let (head, rest) = letter.split_at_mut(COUNTS);
+    head.copy_from_slice(&[n_parts as u64, (rest.len() - n_parts * PART) as u64 / node::<T>() as u64]);
+    let mut rest = cast_slice_mut::<u64, Part>(&mut rest[..n_parts * PART]);
+    let places: Vec<&mut [Part]> = spans.iter().map(|spans| rest.split_off_mut(..spans.len()).unwrap_or_default()).collect();
+    chunks.par_iter().zip(spans).zip(places).for_each(|((chunk, spans), parts)| {
+        for (span, part) in spans.iter().zip(parts) {
             let row = &chunk.rows[span.row as usize];
             *part = Part { uvw: row.uvw, class: row.class as u32, lo: span.lo, hi: span.hi, conjugate: u32::from(row.conjugate) };
-            let own: &[u64] = cast_slice(&nodes[row.node(span.lo as usize)..row.node(span.hi as usize)]);
-            to.split_off_mut(..own.len()).unwrap_or_default().copy_from_slice(own);
         }
     });
-    all
 }
 
-/// The parts of a message, divided among at most `most` chunks, with the words of their nodes.
-fn pieces_of<T: Real>(message: &[u64], most: usize) -> Result<Vec<(&[Part], Range<usize>)>> {
-    let Some(([n_parts, n_nodes], rest)) = message.split_first_chunk::<COUNTS>() else {
+/// The parts of a letter, divided among at most `most` chunks, with their nodes.
+fn pieces_of<T: Real>(letter: &[u64], most: usize) -> Result<Vec<Piece<'_, T>>> {
+    let Some(([n_parts, n_nodes], rest)) = letter.split_first_chunk::<COUNTS>() else {
         // A process that has no rows left sends nothing.
-        return if message.is_empty() { Ok(Vec::new()) } else { Err(damaged()) };
+        return if letter.is_empty() { Ok(Vec::new()) } else { Err(damaged()) };
     };
     let words = (*n_parts as usize).checked_mul(PART).ok_or_else(damaged)?;
     let (parts, nodes) = rest.split_at_checked(words).ok_or_else(damaged)?;
     let parts: &[Part] = cast_slice(parts);
     let count = |parts: &[Part]| parts.iter().map(|p| p.hi.saturating_sub(p.lo) as usize).sum::<usize>();
     ensure!(count(parts) == *n_nodes as usize && count(parts) * node::<T>() == nodes.len(), damaged());
-    let mut first = message.len() - nodes.len();
+    let mut rest: &[Complex<T>] = cast_slice(nodes);
     let each = parts.len().div_ceil(most.max(1)).max(LEAST);
-    let divide = |parts| {
-        let start = first;
-        first += count(parts) * node::<T>();
-        (parts, start..first)
-    };
+    let divide = |parts| (parts, rest.split_off(..count(parts)).unwrap_or_default());
     Ok(parts.chunks(each).map(divide).collect())
 }
 

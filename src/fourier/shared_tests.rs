@@ -8,6 +8,9 @@ use cittert_arrays::{Alone, Ranks};
 use ndarray::{Array2, s};
 use num_complex::Complex;
 
+/// Rows of a part.
+const STEP: usize = 5;
+
 /// The image of a process and of those that share the rows with it. The first process has no rows, and so the fewest blocks.
 fn shared<T: Real>(c: &Case, options: &GridOptions, ranks: &dyn Ranks) -> Array2<f64> {
     let (n, transform) = (c.uvw.nrows(), transform::<T>(c, options));
@@ -24,11 +27,22 @@ fn shared<T: Real>(c: &Case, options: &GridOptions, ranks: &dyn Ranks) -> Array2
             continue;
         }
         let rows = transform.fold(c.uvw.slice(s![block.clone(), ..])).unwrap();
-        let mut nodes = transform.nodes(&rows);
+        let mut letters = gridder.letters(rows).unwrap();
         let half = |v: Complex<f64>| Complex::new(T::of(0.5 * v.re), T::of(0.5 * v.im));
-        let fill = |r: usize, out: &mut [Complex<T>]| out.iter_mut().zip(c.vis.row(first + r)).for_each(|(o, v)| *o = half(*v));
-        nodes.in_parts(&rows, BLOCK).unwrap().set(0..block.len(), fill);
-        gridder.add(Some((rows, nodes, T::of(2.0))), ranks).unwrap();
+        // The rows of a part may come in several pieces and in any order.
+        let parts = letters.in_parts(STEP);
+        for start in (0..block.len()).step_by(STEP).rev() {
+            let end = (start + STEP).min(block.len());
+            let middle = (start + 2).min(end);
+            for piece in [middle..end, start..middle] {
+                let fill = |r: usize, out: &mut [Complex<T>]| {
+                    out.iter_mut().zip(c.vis.row(first + piece.start + r)).for_each(|(o, v)| *o = half(*v));
+                };
+                parts.set(piece.clone(), fill);
+            }
+        }
+        drop(parts);
+        gridder.add(Some((letters, T::of(2.0))), ranks).unwrap();
     }
     gridder.finish(ranks).unwrap()
 }

@@ -81,7 +81,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// Rows with these uvw in m \[row, 3\] whose nodes are made here, while the processes that share the set sort them. They serve [`Transform::nodes`] and
-    /// [`SharedGridder::add`].
+    /// [`SharedGridder::letters`].
     ///
     /// # Errors
     /// As [`Transform::sort`].

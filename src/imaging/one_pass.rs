@@ -12,7 +12,7 @@ use super::pol::DataCounts;
 use super::reduction::{ReducedBlock, Reduction};
 use super::session::LONG;
 use super::weights::ImageWeights;
-use crate::fourier::{FoldedRows, GridOptions, Gridder, NodeParts, Nodes, SampleOfRows, SharedGridder, Transform, UvwExtent, in_precision};
+use crate::fourier::{GridOptions, Gridder, SampleOfRows, SetNodes, SharedGridder, Transform, UvwExtent, in_precision};
 use crate::{ChainError, Result};
 use cittert_arrays::{PartSource, Ranks, SkyGrid, UvCoverage, VisUnit, VisibilitySource};
 use ndarray::Array2;
@@ -120,32 +120,24 @@ impl OnePass {
             return Err(ChainError::Internal("rows were read for an image that was not begun".into()));
         };
         let uvw_m = finite_uvw(coverage)?;
-        let (scale, overflows) = (&self.scale, &self.overflows);
-        let fill = |rows: &FoldedRows, nodes: &mut Nodes<f32>| {
-            let parts = nodes.in_parts(rows, reduction.step(chans))?;
-            let take = |rows: Range<usize>, vis: &[Complex32], weights: &[f32]| {
-                if put((&parts, rows), (vis, weights), scale) > MOST {
-                    overflows.store(true, Relaxed);
-                }
-            };
-            reduction.reduce_parts((coverage, chans), read, Some(&take))
-        };
+        let limits = (&self.scale, &self.overflows);
         match planes {
             Planes::Whole(gridder) => {
                 let rows = transform.sort(uvw_m.view())?;
                 drop(uvw_m);
                 let mut nodes = transform.nodes(&rows);
-                let reduced = fill(&rows, &mut nodes)?;
+                let parts = nodes.in_parts(&rows, reduction.step(chans))?;
+                let reduced = fill(&parts, limits, reduction, (coverage, chans), read)?;
                 gridder.add_nodes(&rows, &nodes)?;
                 Ok(reduced)
             }
             Planes::Shared(gridder) => {
                 let rows = transform.fold(uvw_m.view())?;
                 drop(uvw_m);
-                let mut nodes = transform.nodes(&rows);
-                let reduced = fill(&rows, &mut nodes)?;
+                let mut letters = gridder.letters(rows)?;
+                let reduced = fill(&letters.in_parts(reduction.step(chans)), limits, reduction, (coverage, chans), read)?;
                 let factor = common_scale((&mut self.scale, &mut self.agreed), &*self.ranks);
-                gridder.add(Some((rows, nodes, factor)), &*self.ranks)?;
+                gridder.add(Some((letters, factor)), &*self.ranks)?;
                 self.rounds = self.rounds.saturating_sub(1);
                 Ok(reduced)
             }
@@ -205,8 +197,24 @@ fn common_scale((scale, agreed): (&mut OnceLock<f64>, &mut bool), ranks: &dyn Ra
     own.map_or(1.0, |own| (own / largest[0]) as f32)
 }
 
+/// Read rows, and set the nodes to those of their visibilities, times weights over the scale. `overflows` becomes true where such a weight is too large.
+fn fill(
+    parts: &impl SetNodes<f32>,
+    (scale, overflows): (&OnceLock<f64>, &AtomicBool),
+    reduction: &Reduction,
+    shape: (&UvCoverage, usize),
+    read: (&mut dyn PartSource, Range<usize>),
+) -> Result<(ReducedBlock, DataCounts)> {
+    let take = |rows: Range<usize>, vis: &[Complex32], weights: &[f32]| {
+        if put((parts, rows), (vis, weights), scale) > MOST {
+            overflows.store(true, Relaxed);
+        }
+    };
+    reduction.reduce_parts(shape, read, Some(&take))
+}
+
 /// Set the nodes of rows to those of their visibilities, times weights over the scale \[row, chan\]. Returns the largest of these weights.
-fn put((parts, rows): (&NodeParts<'_, f32>, Range<usize>), (vis, weights): (&[Complex32], &[f32]), scale: &OnceLock<f64>) -> f32 {
+fn put((parts, rows): (&impl SetNodes<f32>, Range<usize>), (vis, weights): (&[Complex32], &[f32]), scale: &OnceLock<f64>) -> f32 {
     let chans = vis.len() / rows.len().max(1);
     // Without a weight that counts, all values are 0 by any scale.
     let first = weights.iter().find(|w| **w > 0.0);

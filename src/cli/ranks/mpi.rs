@@ -1,9 +1,9 @@
 //! The collective operations by MPI.
 
 use crate::cli::failure::{Failure, Result};
-use cittert_arrays::{Gifts, Ranks, Underway};
+use cittert_arrays::{Letters, Ranks, Underway};
 use mpi::collective::SystemOperation;
-use mpi::datatype::{Partition, PartitionMut};
+use mpi::datatype::{Equivalence, Partition, PartitionMut};
 use mpi::environment::Universe;
 use mpi::point_to_point::{MatchedReceiveVec, Message, Status};
 use mpi::request::{Request, StaticScope};
@@ -22,8 +22,8 @@ static NO_BYTES: [u8; 1] = [0];
 /// Tags of the last part of a message, and of all others.
 const LAST: i32 = 1;
 const MORE: i32 = 2;
-/// Tag of a part of a trade.
-const GIFT: i32 = 3;
+/// Tag of a letter.
+const LETTER: i32 = 3;
 
 /// MPI, from the first call to the last.
 static UNIVERSE: Mutex<Option<Universe>> = Mutex::new(None);
@@ -68,34 +68,45 @@ fn number(process: usize) -> Rank {
     Rank::try_from(process).unwrap_or(Rank::MAX)
 }
 
-/// Words that are on their way to another process. They stay in memory until they have left, even if nobody waits for that.
-struct Sent {
-    words: *mut [u64],
-    request: ManuallyDrop<Request<'static, [u64]>>,
+/// Letters on their way to all processes. They stay in memory until they have left, even if nobody waits for that.
+struct Post {
+    letters: ManuallyDrop<Letters>,
+    requests: Vec<ManuallyDrop<Request<'static, [u64]>>>,
 }
 
-impl Sent {
-    fn new(words: Vec<u64>, to: Rank) -> Self {
-        let words: *mut [u64] = Box::into_raw(words.into_boxed_slice());
-        // SAFETY: nothing but this value knows the words, and it frees them only when the request has ended.
-        let request = world().process_at_rank(to).immediate_send_with_tag(StaticScope, unsafe { &*words }, GIFT);
-        Self { words, request: ManuallyDrop::new(request) }
+impl Post {
+    fn new(letters: Letters) -> Self {
+        let (world, letters) = (world(), ManuallyDrop::new(letters));
+        let send = |to: Rank| {
+            let words: *const [u64] = letters.of(to.unsigned_abs() as usize);
+            // SAFETY: the words keep their place and their content until `back` has waited for all requests.
+            let words = unsafe { &*words };
+            ManuallyDrop::new(world.process_at_rank(to).immediate_send_with_tag(StaticScope, words, LETTER))
+        };
+        let requests = (0..world.size()).filter(|to| *to != world.rank()).map(send).collect();
+        Self { letters, requests }
     }
 }
 
-// SAFETY: `join` has asked for an MPI that any thread may call, one at a time, and that is how the program calls it. Nothing else has the words.
-unsafe impl Send for Sent {}
+// SAFETY: `join` has asked for an MPI that any thread may call, one at a time, and that is how the program calls it.
+unsafe impl Send for Post {}
 
-/// Words on their way to all processes.
-struct Post(Vec<Sent>);
+impl std::fmt::Debug for Post {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Post").field("requests", &self.requests.len()).finish_non_exhaustive()
+    }
+}
 
 impl Underway for Post {
-    fn wait(self: Box<Self>) {
-        for Sent { words, request } in self.0 {
+    fn letters(&self) -> &Letters {
+        &self.letters
+    }
+
+    fn back(self: Box<Self>) -> Letters {
+        for request in self.requests {
             ManuallyDrop::into_inner(request).wait_without_status();
-            // SAFETY: the words came from a box, and the request that read them has ended.
-            drop(unsafe { Box::from_raw(words) });
         }
+        ManuallyDrop::into_inner(self.letters)
     }
 }
 
@@ -149,24 +160,21 @@ impl Ranks for World {
         world().all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
     }
 
-    fn give(&self, mut gifts: Vec<Vec<u64>>) -> Gifts {
-        let own = std::mem::take(&mut gifts[self.rank()]);
-        let others = gifts.into_iter().zip(0..).filter(|(_, to)| *to != world().rank());
-        let sent = others.map(|(words, to)| Sent::new(words, to)).collect();
-        Gifts { own, underway: Some(Box::new(Post(sent))) }
+    fn give(&self, letters: Letters) -> Box<dyn Underway> {
+        Box::new(Post::new(letters))
     }
 
-    fn got(&self, Gifts { own, underway }: Gifts) -> Vec<Vec<u64>> {
-        let (world, mut own) = (world(), Some(own));
-        let of = |from: Rank| {
-            if from == world.rank() {
-                return own.take().unwrap_or_default();
+    fn got(&self, inbox: &mut Letters) {
+        let world = world();
+        let next = |from: Rank| (from != world.rank()).then(|| world.process_at_rank(from).matched_probe_with_tag(LETTER));
+        let found: Vec<_> = (0..world.size()).map(next).collect();
+        let words = |status: &Status| status.count(u64::equivalent_datatype()).unsigned_abs() as usize;
+        inbox.set_lengths(found.iter().map(|letter| letter.as_ref().map_or(0, |(_, status)| words(status))));
+        for (letter, words) in found.into_iter().zip(inbox.each_mut()) {
+            if let Some((message, _)) = letter {
+                message.matched_receive_into(words);
             }
-            world.process_at_rank(from).matched_probe_with_tag(GIFT).matched_receive_vec().0
-        };
-        let all = (0..world.size()).map(of).collect();
-        underway.into_iter().for_each(Underway::wait);
-        all
+        }
     }
 
     fn send(&self, to: usize, message: &[u8]) {
