@@ -5,7 +5,7 @@
 //! holds. What physics says is in the image itself: no negative brightness, and no brightness beyond what the visibilities allow.
 //! Each rule that is broken gives a [`Finding`] that says what was seen and what to try next.
 
-mod amplitudes;
+mod antenna_errors;
 mod finding;
 mod gains;
 mod images;
@@ -18,7 +18,7 @@ mod samples;
 #[cfg(test)]
 mod tests;
 
-pub use amplitudes::Amplitudes;
+pub use antenna_errors::{AntennaErrors, Explained};
 pub use finding::{Finding, sentence};
 pub use gains::{not_determined, of_gains};
 pub use images::{ImageFacts, Levels, of_image};

@@ -1,6 +1,6 @@
 //! The residual visibilities of a fit, and how they are distributed over antennas and samples.
 
-use super::amplitudes::Amplitudes;
+use super::antenna_errors::AntennaErrors;
 use super::samples::{Sample, Samples, look, rows_looked_at};
 use crate::Result;
 use crate::calibrate::ModelVisibilities;
@@ -45,8 +45,8 @@ pub struct Residuals {
     pub decay: (f64, f64),
     /// What one spectral index of all sources explains of the residuals.
     pub spectrum: Spectrum,
-    /// What amplitudes of the antennas explain of the residuals.
-    pub amplitudes: Amplitudes,
+    /// What amplitudes and phases of the antennas explain of the residuals.
+    pub errors: AntennaErrors,
 }
 
 /// The spectral index of a model whose fluxes are those of the middle of the band, as the residuals tell it: V - M = index M (nu - nu0) / nu0.
@@ -101,7 +101,7 @@ impl Residuals {
                 rayon::join(|| short_baselines((samples, count), noise_known), squares)
             },
         );
-        let (misfit, power) = rayon::join(|| sum(Sample::misfit), || sum(|s| 0.5 * s.weight * s.data2));
+        let (misfit, power) = rayon::join(|| sum(Sample::misfit), || sum(|s| 0.5 * s.weight * s.data2()));
         let floor = if noise_known { n.min(0.999 * power) } else { 0.0 };
         let (along, across) =
             rayon::join(|| sum(|s| 0.5 * s.weight * s.along * s.off), || sum(|s| 0.5 * s.weight * s.model2 * s.off * s.off));
@@ -119,11 +119,11 @@ impl Residuals {
             signal: if noise_known { (power / n - 1.0).max(0.0) } else { f64::INFINITY },
             outliers: outliers as f64 / n,
             antennas,
-            mean_amplitude: sum(|s| s.data2.sqrt()) / n,
+            mean_amplitude: sum(|s| s.data2().sqrt()) / n,
             shortest,
             decay,
             spectrum,
-            amplitudes: Amplitudes::of(samples, misfit - floor),
+            errors: AntennaErrors::of(samples, misfit - floor),
         }
     }
 }
@@ -207,7 +207,7 @@ fn short_baselines((samples, count): (&Samples, usize), noise_known: bool) -> ((
     // The noise adds 2 / weight to the squared amplitude.
     let noise = |s: &&Sample| if noise_known { 2.0 / s.weight } else { 0.0 };
     let mean = |of: &[&Sample], f: &dyn Fn(&&Sample) -> f64| of.iter().map(f).sum::<f64>() / of.len() as f64;
-    let squared = |of: &[&Sample]| mean(of, &|s| s.data2 - noise(s)).max(0.0);
+    let squared = |of: &[&Sample]| mean(of, &|s| s.data2() - noise(s)).max(0.0);
     let near = &order[..part];
     let far = &order[(3 * part).min(order.len() - 1)..(4 * part).clamp(1, order.len())];
     let (length2, further) = (mean(near, &|s| s.length2), if far.is_empty() { f64::NAN } else { mean(far, &|s| s.length2) });

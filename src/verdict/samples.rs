@@ -31,12 +31,12 @@ pub(super) struct Sample {
     /// Squared length, wavelengths.
     pub(super) length2: f64,
     pub(super) weight: f64,
-    /// Squared moduli of residual, data and model.
+    /// Squared moduli of residual and model.
     pub(super) left2: f64,
-    pub(super) data2: f64,
     pub(super) model2: f64,
-    /// Real part of the residual times the conjugate of the model.
+    /// Real and imaginary part of the residual times the conjugate of the model.
     pub(super) along: f64,
+    pub(super) across: f64,
     /// Offset from the middle of the band, over its frequency.
     pub(super) off: f64,
 }
@@ -45,6 +45,11 @@ impl Sample {
     /// The squared residual in units of the noise of a real part, halved: 1 is expected.
     pub(super) fn misfit(&self) -> f64 {
         0.5 * self.weight * self.left2
+    }
+
+    /// Squared modulus of the data.
+    pub(super) fn data2(&self) -> f64 {
+        (self.model2 + self.left2 + 2.0 * self.along).max(0.0)
     }
 }
 
@@ -196,16 +201,17 @@ fn add_block(samples: &mut Samples, header: &VisibilityHeader, block: &Visibilit
             }
             _ => (v, m, own),
         };
-        let uvw = block.coverage.uvw_m.row(row);
+        let (uvw, turned) = (block.coverage.uvw_m.row(row), (v - m) * m.conj());
         let per_m = freq_hz[c] / cittert_arrays::SPEED_OF_LIGHT_M_S;
         Some(Sample {
             pair: [pair.0.min(pair.1), pair.0.max(pair.1)],
             length2: (uvw[0] * uvw[0] + uvw[1] * uvw[1]) * per_m * per_m,
             weight,
             left2: (v - m).norm_sqr(),
-            data2: v.norm_sqr(),
             model2: m.norm_sqr(),
-            along: ((v - m) * m.conj()).re,
+            along: turned.re,
+            // The visibility of a baseline in the other direction is the conjugate.
+            across: if pair.0 > pair.1 { -turned.im } else { turned.im },
             off: freq_hz[c] / middle_hz - 1.0,
         })
     };

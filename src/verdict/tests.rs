@@ -1,5 +1,5 @@
 use super::residuals::Residuals;
-use super::{Amplitudes, CrossCheck, ImageFacts, Levels, look_outside, of_image, of_pedestal, of_residuals};
+use super::{AntennaErrors, CrossCheck, Explained, ImageFacts, Levels, look_outside, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
 use crate::deconvolve::CleanOptions;
 use crate::fixtures::{Noise, in_processes, positions, snapshot, swap_antennas};
@@ -90,9 +90,9 @@ fn interference_and_swapped_antennas_are_named() {
     assert!(told.says.contains("a3") && told.says.contains("a11") && !told.says.contains("a4"), "{told:?}");
 }
 
-/// Wrong amplitudes are told from interference, and from a source of another flux.
+/// Errors of antennas are told from interference, and from a source of another flux.
 #[test]
-fn amplitudes_of_antennas_are_named() {
+fn errors_of_antennas_are_named() {
     let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
     let mut set = observed(&[POINT]);
     let gain = |antenna: u32| if antenna.is_multiple_of(2) { 1.2 } else { 0.8 };
@@ -101,12 +101,20 @@ fn amplitudes_of_antennas_are_named() {
         row.mapv_inplace(|v| v * gain(*p) * gain(*q));
     }
     assert_eq!(names(&mut set, &mut model, 1.0)[..2], ["amplitudes", "chi_squared"]);
+    let mut set = observed(&[POINT]);
+    let VisibilityBlock { vis, coverage, .. } = &mut set.data;
+    for ((mut row, p), q) in vis.outer_iter_mut().zip(&coverage.ant1).zip(&coverage.ant2) {
+        let phase = |antenna: u32| 0.1 * (antenna * antenna % 7) as f32;
+        row.mapv_inplace(|v| v * Complex32::from_polar(1.0, phase(*p) - phase(*q)));
+    }
+    assert_eq!(names(&mut set, &mut model, 1.0)[0], "phases");
     let faint = names(&mut observed(&[POINT]), &mut PointModel { flux: 0.6 * POINT.2, ..model }, 0.6);
     assert!(!faint.contains(&"amplitudes"), "{faint:?}");
     // Small errors of some integrations leave little, and stand out.
     let good = Residuals::measure(&mut observed(&[POINT]), &mut model).unwrap().unwrap();
-    for (share, name) in [(0.8, "amplitudes"), (0.1, "interference")] {
-        let r = Residuals { outliers: 0.002, amplitudes: Amplitudes { share, sigma: 0.03 }, ..good.clone() };
+    for (amplitudes, phases, name) in [(0.5, 0.2, "amplitudes"), (0.2, 0.5, "phases"), (0.2, 0.1, "interference")] {
+        let [amplitudes, phases] = [amplitudes, phases].map(|share| Explained { share, sigma: 0.03 });
+        let r = Residuals { outliers: 0.002, errors: AntennaErrors { amplitudes, phases }, ..good.clone() };
         assert_eq!(of_residuals(&r, &|k| format!("a{k}"), Some(1.0)).iter().map(|f| f.name).collect::<Vec<_>>(), [name]);
     }
 }
